@@ -1,0 +1,1 @@
+"""Everything that decides: engines, the farm, experiments, reports and the command line."""

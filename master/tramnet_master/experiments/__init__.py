@@ -1,0 +1,1 @@
+"""One module a published experiment, with its presets."""

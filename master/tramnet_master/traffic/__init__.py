@@ -1,0 +1,1 @@
+"""Tools that watch the traffic of a running network."""

@@ -1,0 +1,361 @@
+"""The messages of the network: frozen values, checked once, where they arrive.
+
+Every message is a frozen struct. On the wire it is a MessagePack map of its fields; the frame's header names
+its tag (see ``codec.py`` and the normative ``protocol/README.md``). Nothing here knows a socket or a clock.
+
+The root tells workers what to do (``Setup``, the three kinds of ``Work``, ``Stop``); workers answer
+(``Evaluated``, ``Evolved``, ``Tracked`` or ``Failed``). A worker enters by ``JoinRequest`` and is answered by
+``JoinReply`` or ``Refusal``; people steer by ``ControlRequest``.
+"""
+
+import enum
+from typing import Annotated, TypeAlias
+
+from msgspec import Meta, Struct
+
+from tramnet_protocol.arrays import Array
+
+PROTOCOL_VERSION = 1
+
+Count: TypeAlias = Annotated[int, Meta(ge=0, le=2**32 - 1)]
+Seat: TypeAlias = Annotated[int, Meta(ge=0, le=4095)]
+Word: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
+Seconds: TypeAlias = Annotated[float, Meta(ge=0.0)]
+Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=120)]
+Text: TypeAlias = Annotated[str, Meta(max_length=4000)]
+
+ROOT: Seat = 0
+
+
+class Kind(enum.IntEnum):
+    """What a piece of work asks for."""
+
+    EVALUATE = 0
+    EVOLVE = 1
+    TRACK = 2
+
+
+class WorkId(Struct, frozen=True, order=True, array_like=True):
+    """Identity of a piece of work inside a run; equal identities ask for equal results.
+
+    Attributes:
+        kind: What is asked.
+        population: Index of the population, or of the scene or sub-population in tracking.
+        step: Generation, or tracking step.
+        first: First individual, population or tracking point, inclusive.
+        last: Last one, exclusive.
+    """
+
+    kind: Kind
+    population: Count
+    step: Count
+    first: Count
+    last: Count
+
+    @property
+    def size(self) -> int:
+        """Number of individuals, populations or points."""
+        return self.last - self.first
+
+
+class Evaluate(Struct, frozen=True, tag="evaluate"):
+    """Evaluate chromosomes ``first`` to ``last`` of a generation.
+
+    Attributes:
+        work: Identity.
+        genomes: Chromosomes, of shape (size, *genome shape).
+    """
+
+    work: WorkId
+    genomes: Array
+
+
+class Evolve(Struct, frozen=True, tag="evolve"):
+    """Evolve populations ``first`` to ``last`` by one generation, with the others' connecting values.
+
+    Attributes:
+        work: Identity; its affinity is the TRAM that holds these populations.
+        means: Connecting values of all populations, of shape (populations, values).
+        populations: Snapshot to restore first, or None where the worker holds the state.
+    """
+
+    work: WorkId
+    means: Array
+    populations: Array | None = None
+
+
+class Track(Struct, frozen=True, tag="track"):
+    """Follow tracking points ``first`` to ``last`` from a posture.
+
+    Attributes:
+        work: Identity; ``population`` is the sub-population or the scene.
+        posture: Joint angles at the point before ``first`` [rad], of shape (joints,).
+    """
+
+    work: WorkId
+    posture: Array
+
+
+class Evaluated(Struct, frozen=True, tag="evaluated"):
+    """Answer to ``Evaluate``.
+
+    Attributes:
+        work: Identity of the work answered.
+        objectives: Objective of each chromosome, minimised, of shape (size,), float64.
+        seconds: Compute time on the worker [s].
+    """
+
+    work: WorkId
+    objectives: Array
+    seconds: Seconds
+
+
+class Evolved(Struct, frozen=True, tag="evolved"):
+    """Answer to ``Evolve``.
+
+    Attributes:
+        work: Identity of the work answered.
+        means: The populations' own connecting values, of shape (size, values).
+        populations: Snapshot for recovery, in the generations that take one.
+        seconds: Compute time on the worker [s].
+    """
+
+    work: WorkId
+    means: Array
+    seconds: Seconds
+    populations: Array | None = None
+
+
+class Tracked(Struct, frozen=True, tag="tracked"):
+    """Answer to ``Track``.
+
+    Attributes:
+        work: Identity of the work answered.
+        path: Joint angles at each point [rad], of shape (size, joints).
+        cost: Cost at each point, of shape (size,).
+        seconds: Compute time on the worker [s].
+    """
+
+    work: WorkId
+    path: Array
+    cost: Array
+    seconds: Seconds
+
+
+class Failed(Struct, frozen=True, tag="failed"):
+    """The worker could not answer: the evaluation raised an error.
+
+    Attributes:
+        work: Identity of the work.
+        error: The error, in words.
+        seconds: Time spent on it [s].
+    """
+
+    work: WorkId
+    error: Text
+    seconds: Seconds = 0.0
+
+
+class Setup(Struct, frozen=True, tag="setup"):
+    """The problem, once per worker: a registered name and plain parameters, never code.
+
+    Attributes:
+        problem: Name in the registry of problems.
+        parameters: Numbers, strings, lists and maps of these.
+    """
+
+    problem: Name
+    parameters: dict[str, object]
+
+
+class Stop(Struct, frozen=True, tag="stop"):
+    """Ask a worker to end.
+
+    Attributes:
+        reason: Why, for its log.
+    """
+
+    reason: Text
+
+
+class LinkCounters(Struct, frozen=True):
+    """Traffic of one directed link, as its sender or receiver counted it.
+
+    Attributes:
+        source: Sending TRAM.
+        destination: Receiving TRAM.
+        frames: Number of frames since the start.
+        bytes: Number of payload bytes since the start.
+        dropped: Frames dropped for any reason.
+        gaps: Sequence numbers missed.
+    """
+
+    source: Seat
+    destination: Seat
+    frames: Word
+    bytes: Word
+    dropped: Word = 0
+    gaps: Word = 0
+
+
+class Stats(Struct, frozen=True, tag="stats"):
+    """The 1 Hz heartbeat of a TRAM, sent from Python, so that a hung interpreter falls silent.
+
+    Attributes:
+        seat: The TRAM.
+        incarnation: Its incarnation.
+        state: What it is doing: ``idle``, ``busy``, ``stopping`` ...
+        uptime: Since it joined [s].
+        busy: Time spent computing [s].
+        blocked: Time spent waiting to send [s].
+        evaluations: Individuals evaluated.
+        chunks: Chunks answered.
+        queued: Chunks held and not begun.
+        malformed: Frames that could not be decoded.
+        links: Counters of its links.
+        pid: Process id.
+        host: Host name.
+    """
+
+    seat: Seat
+    incarnation: Count
+    state: Name
+    uptime: Seconds
+    busy: Seconds
+    blocked: Seconds
+    evaluations: Word
+    chunks: Word
+    queued: Count
+    malformed: Word
+    links: tuple[LinkCounters, ...]
+    pid: Count
+    host: Name
+
+
+class Event(Struct, frozen=True, tag="event"):
+    """Something that happened, published by the root for dashboards.
+
+    Attributes:
+        name: ``generation``, ``joined``, ``lost``, ``rewired``, ``waiting``, ``finished`` ...
+        time: Seconds since the root started.
+        detail: Plain values that belong to it.
+    """
+
+    name: Name
+    time: Seconds
+    detail: dict[str, object]
+
+
+class Wiring(Struct, frozen=True, tag="wiring"):
+    """The current wiring: which TRAMs are live and which links join them.
+
+    Attributes:
+        epoch: Number of this wiring; it selects routes, never validity.
+        topology: Name of the shape.
+        incarnations: Incarnation of each live TRAM by seat.
+        edges: Undirected links as pairs of seats.
+    """
+
+    epoch: Count
+    topology: Name
+    incarnations: dict[Seat, Count]
+    edges: tuple[tuple[Seat, Seat], ...]
+
+
+class JoinRequest(Struct, frozen=True, tag="join"):
+    """A worker asks for a seat.
+
+    Attributes:
+        protocol: Its protocol version.
+        version: Its tramnet version.
+        fingerprint: SHA-256 of its kernels' outputs on fixed vectors.
+        host: Its host name.
+        pid: Its process id.
+        supervisor: Name of the supervisor that can replace it.
+    """
+
+    protocol: Count
+    version: Name
+    fingerprint: Name
+    host: Name
+    pid: Count
+    supervisor: Name
+
+
+class JoinReply(Struct, frozen=True, tag="joined"):
+    """The root gives a seat.
+
+    Attributes:
+        run: Number of the run; frames of other runs are dropped.
+        seat: The TRAM the worker is now.
+        incarnation: Incarnation of that seat.
+        root_incarnation: Incarnation of the root.
+        wiring: The wiring that includes it.
+        setup: The problem.
+    """
+
+    run: Word
+    seat: Seat
+    incarnation: Count
+    root_incarnation: Count
+    wiring: Wiring
+    setup: Setup
+
+
+class Refusal(Struct, frozen=True, tag="refusal"):
+    """The root does not do what was asked.
+
+    Attributes:
+        reason: What was found and what was expected.
+        final: Whether asking again is useless.
+    """
+
+    reason: Text
+    final: bool
+
+
+class ControlRequest(Struct, frozen=True, tag="control"):
+    """People steer a running network.
+
+    Attributes:
+        action: ``scale``, ``stop`` or ``status``.
+        workers: Wanted number of local workers, for ``scale``.
+    """
+
+    action: Name
+    workers: Count | None = None
+
+
+class ControlReply(Struct, frozen=True, tag="controlled"):
+    """What the root did, in words, and its status as plain values.
+
+    Attributes:
+        text: One line for people.
+        status: Plain values for programs.
+    """
+
+    text: Text
+    status: dict[str, object]
+
+
+Work: TypeAlias = Evaluate | Evolve | Track
+Outcome: TypeAlias = Evaluated | Evolved | Tracked
+Message: TypeAlias = (
+    Evaluate
+    | Evolve
+    | Track
+    | Evaluated
+    | Evolved
+    | Tracked
+    | Failed
+    | Setup
+    | Stop
+    | Stats
+    | Event
+    | Wiring
+    | JoinRequest
+    | JoinReply
+    | Refusal
+    | ControlRequest
+    | ControlReply
+)

@@ -1,0 +1,1 @@
+"""Everything that is computed on a node: robots, fitness and evolution."""

@@ -1,0 +1,1 @@
+"""Genetic operators as functions of arrays and keyed random streams."""

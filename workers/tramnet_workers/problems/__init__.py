@@ -1,0 +1,1 @@
+"""What can be asked of a robot: fitness of whole chunks of chromosomes, and plans made from them."""
