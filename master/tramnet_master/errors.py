@@ -1,0 +1,170 @@
+"""Errors of the master, each saying what was found, what was expected and what would work.
+
+* MasterError
+  x BadInput: what the user gave cannot be used (exit code 2)
+    + InvalidFile: a task or run file, with the field that is wrong
+    + InvalidOption: an option of the command line
+    + OccupiedFolder: the output folder holds a run already
+    + NotARunFolder: the folder named is not a run's
+  x CannotWrite: the disk is full, read-only or not ours
+  x FolderInUse: another process writes to this run folder
+  x DamagedFile: a file of a run is torn or altered
+    + DamagedCheckpoint
+  x UnknownCheckpointVersion
+  x RunFailed: the run could not be finished
+"""
+
+from pathlib import Path
+from typing import ClassVar
+
+
+class MasterError(Exception):
+    """Anything the master tells its user about in one message.
+
+    Attributes:
+        exit_code: What the command line returns for it.
+    """
+
+    exit_code: ClassVar[int] = 1
+
+
+class BadInput(MasterError):
+    """What the user gave cannot be used."""
+
+    exit_code: ClassVar[int] = 2
+
+
+class InvalidFile(BadInput):
+    """A field of a file is wrong.
+
+    Attributes:
+        path: The file.
+        field: Dotted name of the field, ``limits.torque_nm[2]`` for one; empty for the whole file.
+        found: What stands there.
+        expected: What should.
+        hint: What would work, or an empty string.
+    """
+
+    def __init__(self, path: Path, field: str, found: str, expected: str, hint: str = "") -> None:
+        self.path, self.field, self.found = path, field, found
+        self.expected, self.hint = expected, hint
+        where = f"{path}: {field}" if field else f"{path}"
+        advice = f" ({hint})" if hint else ""
+        super().__init__(f"{where}: found {found}, expected {expected}{advice}")
+
+
+class InvalidOption(BadInput):
+    """An option of the command line is wrong.
+
+    Attributes:
+        option: The option, ``--case`` for one.
+        found: What was given.
+        expected: What can be given.
+        hint: What would work, or an empty string.
+    """
+
+    def __init__(self, option: str, found: str, expected: str, hint: str = "") -> None:
+        self.option, self.found, self.expected, self.hint = option, found, expected, hint
+        advice = f" ({hint})" if hint else ""
+        super().__init__(f"{option}: found {found}, expected {expected}{advice}")
+
+
+class OccupiedFolder(BadInput):
+    """The output folder holds a run already.
+
+    Attributes:
+        folder: The folder.
+        finished: Whether that run has its result.
+    """
+
+    def __init__(self, folder: Path, finished: bool) -> None:
+        self.folder, self.finished = folder, finished
+        what = "a finished run" if finished else "a run that was not finished"
+        way = "" if finished else f"continue it with `tramnet resume {folder}`, "
+        super().__init__(
+            f"{folder}: found {what}, expected a folder without one "
+            f"({way}name another folder with --out, or replace it with --overwrite)"
+        )
+
+
+class NotARunFolder(BadInput):
+    """The folder is not a run's.
+
+    Attributes:
+        folder: The folder.
+        missing: The file it lacks.
+    """
+
+    def __init__(self, folder: Path, missing: str) -> None:
+        self.folder, self.missing = folder, missing
+        found = f"no {missing} in it" if folder.is_dir() else "no such folder"
+        super().__init__(
+            f"{folder}: found {found}, expected the folder of a run, as `tramnet run` makes one"
+        )
+
+
+class CannotWrite(MasterError):
+    """A file could not be written.
+
+    Attributes:
+        path: The file or folder.
+        reason: Why, in the system's words.
+    """
+
+    def __init__(self, path: Path, reason: str) -> None:
+        self.path, self.reason = path, reason
+        super().__init__(
+            f"{path}: cannot be written: {reason} "
+            "(free some space, or name another folder with --out)"
+        )
+
+
+class FolderInUse(MasterError):
+    """Another process writes to this run folder.
+
+    Attributes:
+        folder: The folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        super().__init__(f"{folder}: another tramnet process is writing to this run folder")
+
+
+class DamagedFile(MasterError):
+    """A file of a run is torn or altered.
+
+    Attributes:
+        path: The file.
+        found: What is wrong with it.
+        expected: What a good one has.
+    """
+
+    def __init__(self, path: Path, found: str, expected: str) -> None:
+        self.path, self.found, self.expected = path, found, expected
+        super().__init__(f"{path}: damaged: found {found}, expected {expected}")
+
+
+class DamagedCheckpoint(DamagedFile):
+    """A checkpoint is torn or altered, and is not used."""
+
+
+class UnknownCheckpointVersion(MasterError):
+    """A checkpoint was written by a version of tramnet with another format.
+
+    Attributes:
+        path: The file.
+        found: Version of its format.
+        expected: Version this tramnet reads.
+    """
+
+    def __init__(self, path: Path, found: int, expected: int) -> None:
+        self.path, self.found, self.expected = path, found, expected
+        super().__init__(
+            f"{path}: found checkpoint format {found}, expected {expected} "
+            "(resume with the version of tramnet that wrote it)"
+        )
+
+
+class RunFailed(MasterError):
+    """The run could not be finished."""
