@@ -12,6 +12,10 @@
     + DamagedCheckpoint
   x UnknownCheckpointVersion
   x RunFailed: the run could not be finished
+  x NetworkTaken: a live root holds that network name
+  x NoNetwork: nothing to connect to
+  x AmbiguousNetwork: several networks are alive and none was named
+  x UnsafeFolder: the runtime folder is not private
 """
 
 from pathlib import Path
@@ -168,3 +172,70 @@ class UnknownCheckpointVersion(MasterError):
 
 class RunFailed(MasterError):
     """The run could not be finished."""
+
+
+class NetworkTaken(MasterError):
+    """A live root holds that network name.
+
+    Attributes:
+        network: The name.
+        holder: Process id of the root that holds it, where known.
+    """
+
+    def __init__(self, network: str, holder: int | None) -> None:
+        self.network, self.holder = network, holder
+        who = f"process {holder}" if holder is not None else "another root"
+        super().__init__(
+            f"network {network!r}: held by {who}, expected a free name "
+            "(name another with --network, or stop that root)"
+        )
+
+
+class NoNetwork(BadInput):
+    """There is no live network to talk to.
+
+    Attributes:
+        network: The name asked for, or None for any.
+        live: Names of the live ones on this machine.
+    """
+
+    def __init__(self, network: str | None, live: list[str]) -> None:
+        self.network, self.live = network, live
+        what = f"network {network!r}" if network is not None else "a running network"
+        there = f"live here: {', '.join(live)}" if live else "none is live here"
+        super().__init__(
+            f"{what}: not found; {there} "
+            "(start one with `tramnet run`, or name an endpoint with --connect)"
+        )
+
+
+class AmbiguousNetwork(BadInput):
+    """Several networks are alive and none was named.
+
+    Attributes:
+        live: Their names.
+    """
+
+    def __init__(self, live: list[str]) -> None:
+        self.live = live
+        super().__init__(
+            f"found {len(live)} live networks ({', '.join(live)}), expected one "
+            "(name it with --network)"
+        )
+
+
+class UnsafeFolder(MasterError):
+    """The runtime folder can be reached by others.
+
+    Attributes:
+        folder: The folder.
+        owner: User id of its owner.
+        mode: Its permission bits.
+    """
+
+    def __init__(self, folder: Path, owner: int, mode: int) -> None:
+        self.folder, self.owner, self.mode = folder, owner, mode
+        super().__init__(
+            f"{folder}: found owner {owner} and mode {mode:04o}, expected this user and 0700 "
+            "(remove it, or set XDG_RUNTIME_DIR)"
+        )

@@ -1,0 +1,97 @@
+"""What an engine offers: work to ask for, outcomes to be told. It knows no network, clock or disk.
+
+An engine is driven by whoever owns the farm: it is asked for work until it has none to give, told each
+outcome in whatever order they come, and is finished when it says so. Its state is plain values and arrays,
+so that it can be written to a checkpoint and restored bit for bit.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tramnet_protocol.messages import Outcome, Work
+
+State: TypeAlias = dict[str, "int | float | str | NDArray[np.generic]"]
+
+
+class Best(NamedTuple):
+    """The best individual so far.
+
+    Attributes:
+        objective: Its objective, minimised.
+        generation: Generation in which it appeared first.
+        genome: Its chromosome, read-only.
+    """
+
+    objective: float
+    generation: int
+    genome: NDArray[np.generic]
+
+
+class GenerationRow(NamedTuple):
+    """One line of ``history.csv``, without its time columns.
+
+    Attributes:
+        generation: Number of the generation, from 1.
+        evaluations: Individuals evaluated so far.
+        best: Lowest objective of this generation.
+        mean: Mean objective of this generation.
+        worst: Highest objective of this generation.
+        best_so_far: Lowest objective of all generations so far.
+    """
+
+    generation: int
+    evaluations: int
+    best: float
+    mean: float
+    worst: float
+    best_so_far: float
+
+
+class Engine(Protocol):
+    """A method, as the farm sees it."""
+
+    @property
+    def finished(self) -> bool:
+        """Whether no more work will come."""
+
+    @property
+    def generation(self) -> int:
+        """Number of generations completed."""
+
+    @property
+    def evaluations(self) -> int:
+        """Number of individuals evaluated in completed generations."""
+
+    @property
+    def best(self) -> Best:
+        """The best individual so far; asked only after the first generation."""
+
+    def ask(self) -> list[Work]:
+        """Return the work that can be begun now; each piece is handed out once."""
+
+    def tell(self, work: Work, outcome: Outcome) -> GenerationRow | None:
+        """Take the outcome of a piece of work.
+
+        Args:
+            work: A piece of work that ``ask`` returned.
+            outcome: Its outcome.
+
+        Returns:
+            The history row of the generation that this outcome completes, or None.
+        """
+
+    def populations(self) -> list[tuple[NDArray[np.generic], NDArray[np.float64]]]:
+        """Return genomes and objectives of each population, as last evaluated, in index order."""
+
+    def state(self) -> State:
+        """Return everything needed to go on from the last completed generation."""
+
+    def restore(self, state: Mapping[str, "int | float | str | NDArray[np.generic]"]) -> None:
+        """Take back what ``state`` returned.
+
+        Args:
+            state: A state of an engine with the same parameters.
+        """

@@ -1,0 +1,129 @@
+"""The master-slave genetic algorithm: one population, evaluated in chunks by the farm.
+
+The root breeds, the workers evaluate. A generation is one piece of ``Evaluate`` work; how it is cut and who
+takes which part is the farm's affair and cannot change the result.
+"""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tramnet_master.engines.engine import Best, GenerationRow, State
+from tramnet_protocol.arrays import Array
+from tramnet_protocol.messages import Evaluate, Evaluated, Kind, Outcome, Work, WorkId
+from tramnet_workers.evolution.algorithm import Algorithm
+
+
+class GenerationalEngine:
+    """Evaluate a population, breed the next one, and so on for a number of generations.
+
+    Args:
+        algorithm: Makes the first population and breeds each next one.
+        generations: Number of generations to evaluate, the first population included.
+    """
+
+    def __init__(self, algorithm: Algorithm, generations: int) -> None:
+        self._algorithm = algorithm
+        self._generations = generations
+        self._completed = 0
+        self._genomes: NDArray[np.generic] = _frozen(algorithm.initial())
+        self._asked = False
+        self._best: Best | None = None
+        self._evaluated: tuple[NDArray[np.generic], NDArray[np.float64]] | None = None
+
+    @property
+    def finished(self) -> bool:
+        """Whether the last generation is complete."""
+        return self._completed >= self._generations
+
+    @property
+    def generation(self) -> int:
+        """Number of generations completed."""
+        return self._completed
+
+    @property
+    def evaluations(self) -> int:
+        """Number of individuals evaluated in completed generations."""
+        return self._completed * self._algorithm.population_size
+
+    @property
+    def best(self) -> Best:
+        """The best individual so far; the earliest, then the lowest slot, among equals."""
+        assert self._best is not None, "no generation is complete yet"
+        return self._best
+
+    def ask(self) -> list[Work]:
+        """Return the current generation, once."""
+        if self._asked or self.finished:
+            return []
+        self._asked = True
+        work = WorkId(Kind.EVALUATE, 0, self._completed + 1, 0, len(self._genomes))
+        return [Evaluate(work, Array.pack(self._genomes))]
+
+    def tell(self, work: Work, outcome: Outcome) -> GenerationRow | None:
+        """Take the objectives of the current generation and breed the next one."""
+        assert isinstance(outcome, Evaluated)
+        objectives = outcome.objectives.unpack().astype(np.float64, copy=False)
+        self._completed += 1
+        self._asked = False
+        self._evaluated = (self._genomes, objectives)
+        row = self._row(objectives)
+        if not self.finished:
+            bred = self._algorithm.breed(self._genomes, objectives, self._completed)
+            self._genomes = _frozen(bred)
+        return row
+
+    def populations(self) -> list[tuple[NDArray[np.generic], NDArray[np.float64]]]:
+        """Return genomes and objectives of the population last evaluated."""
+        assert self._evaluated is not None, "no generation is complete yet"
+        return [self._evaluated]
+
+    def state(self) -> State:
+        """Return the bred population, the number of generations behind it and the best so far."""
+        assert self._evaluated is not None, "no generation is complete yet"
+        return {
+            "generation": self._completed,
+            "genomes": self._genomes,
+            "evaluated_genomes": self._evaluated[0],
+            "evaluated_objectives": self._evaluated[1],
+            "best_objective": self.best.objective,
+            "best_generation": self.best.generation,
+            "best_genome": self.best.genome,
+        }
+
+    def restore(self, state: Mapping[str, int | float | str | NDArray[np.generic]]) -> None:
+        """Go on from a saved generation."""
+        self._completed = int(_scalar(state["generation"]))
+        self._genomes = _frozen(np.asarray(state["genomes"]))
+        objectives = np.asarray(state["evaluated_objectives"], dtype=np.float64)
+        self._evaluated = (_frozen(np.asarray(state["evaluated_genomes"])), objectives)
+        self._best = Best(
+            float(_scalar(state["best_objective"])),
+            int(_scalar(state["best_generation"])),
+            _frozen(np.asarray(state["best_genome"])),
+        )
+        self._asked = False
+
+    def _row(self, objectives: NDArray[np.float64]) -> GenerationRow:
+        slot = int(np.argmin(objectives))  # the lowest slot among equals
+        lowest = float(objectives[slot])
+        if self._best is None or lowest < self._best.objective:
+            self._best = Best(lowest, self._completed, _frozen(self._genomes[slot].copy()))
+        # An exact sum: NumPy's own depends on the vector width of the machine.
+        mean = math.fsum(objectives.tolist()) / len(objectives)
+        worst = float(objectives.max())
+        return GenerationRow(
+            self._completed, self.evaluations, lowest, mean, worst, self._best.objective
+        )
+
+
+def _frozen(array: NDArray[np.generic]) -> NDArray[np.generic]:
+    array.setflags(write=False)
+    return array
+
+
+def _scalar(value: int | float | str | NDArray[np.generic]) -> int | float:
+    assert isinstance(value, int | float), f"{value!r} is not a number"
+    return value
