@@ -1,0 +1,284 @@
+"""Inverse dynamics of serial arms of revolute joints, many states at once.
+
+Recursive Newton-Euler algorithm of Luh, Walker & Paul (1980), in link frames as in Craig,
+Introduction to Robotics, eqs 6.45-6.53. States stand side by side in *lane blocks*: arrays of shape
+``(n, LANES)``, so that one instruction works on several states, and every state sees the same
+instructions wherever it stands. The frames of link i lie at joint i; joints turn about their own z.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tramnet_workers.kernels import device, kernel
+from tramnet_workers.kernels.transforms import sincos
+
+Array = NDArray[np.float64]
+
+LANES = 16
+
+# Columns of an arm's table, one row per joint: placement of the joint in its parent link (rotation
+# parent <- joint at q = 0, row by row, and translation), then mass, centre of mass and inertia
+# about it (xx, xy, xz, yy, yz, zz) in the link's frame, and the motor's inertia at the joint.
+ROTATION = 0
+TRANSLATION = 9
+MASS = 12
+CENTRE = 13
+INERTIA = 16
+ARMATURE = 22
+ARM_COLUMNS = 23
+
+# Rows of the scratch array: first what travels along the chain, then what each link keeps.
+_OMEGA = 0
+_OMEGA_DOT = 3
+_ACCELERATION = 6
+_FORCE_FROM_TIP = 9
+_MOMENT_FROM_TIP = 12
+_LINKS = 15
+_LINK_ROWS = 8  # sine, cosine, force (3), moment (3)
+
+
+class Vector(NamedTuple):
+    """A vector of three components in some link's frame."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Matrix(NamedTuple):
+    """A matrix of 3 x 3, row by row."""
+
+    xx: float
+    xy: float
+    xz: float
+    yx: float
+    yy: float
+    yz: float
+    zx: float
+    zy: float
+    zz: float
+
+
+@kernel
+def dynamics_workspace(n: int) -> Array:
+    """Return scratch space for ``inverse_dynamics`` of an arm of n joints."""
+    return np.empty((_LINKS + _LINK_ROWS * n, LANES))
+
+
+@kernel
+def inverse_dynamics(
+    arm: Array, gravity: Array, q: Array, qd: Array, qdd: Array, tau: Array, work: Array
+) -> None:
+    """Compute the joint torques of a block of states.
+
+    tau = M(q) qdd + C(q, qd) qd + g(q), with the motors' inertia in the diagonal of M.
+
+    Args:
+        arm: Table of the arm, of shape (n, ARM_COLUMNS) [m, kg, kg m²].
+        gravity: Acceleration of gravity in the base frame, of shape (3,) [m/s²].
+        q: Joint angles, of shape (n, LANES) [rad].
+        qd: Joint velocities, of shape (n, LANES) [rad/s].
+        qdd: Joint accelerations, of shape (n, LANES) [rad/s²].
+        tau: Receives the joint torques, of shape (n, LANES) [N m].
+        work: Scratch space from ``dynamics_workspace``.
+    """
+    _start_at_base(gravity, work)
+    for i in range(arm.shape[0]):
+        _step_outward(arm, i, q, qd, qdd, work)
+    for i in range(arm.shape[0] - 1, -1, -1):
+        _step_inward(arm, i, qdd, tau, work)
+
+
+@kernel
+def inverse_dynamics_batch(arm: Array, gravity: Array, q: Array, qd: Array, qdd: Array) -> Array:
+    """Compute the joint torques of any number of states.
+
+    Args:
+        arm: Table of the arm, of shape (n, ARM_COLUMNS).
+        gravity: Acceleration of gravity in the base frame, of shape (3,) [m/s²].
+        q: Joint angles, of shape (k, n) [rad].
+        qd: Joint velocities, of shape (k, n) [rad/s].
+        qdd: Joint accelerations, of shape (k, n) [rad/s²].
+
+    Returns:
+        Joint torques, of shape (k, n) [N m].
+    """
+    k, n = q.shape
+    torques = np.empty((k, n))
+    block = np.empty((4, n, LANES))
+    work = dynamics_workspace(n)
+    for first in range(0, k, LANES):
+        count = min(LANES, k - first)
+        _gather(q, first, count, block[0])
+        _gather(qd, first, count, block[1])
+        _gather(qdd, first, count, block[2])
+        inverse_dynamics(arm, gravity, block[0], block[1], block[2], block[3], work)
+        for lane in range(count):
+            for i in range(n):
+                torques[first + lane, i] = block[3, i, lane]
+    return torques
+
+
+@kernel
+def _gather(states: Array, first: int, count: int, block: Array) -> None:
+    """Lay ``count`` states from ``first`` on side by side; the lanes left over get zeros."""
+    block[:] = 0.0
+    for lane in range(count):
+        for i in range(block.shape[0]):
+            block[i, lane] = states[first + lane, i]
+
+
+@kernel
+def _start_at_base(gravity: Array, work: Array) -> None:
+    """Set the base at rest, accelerated against gravity, and the tip free of load."""
+    work[:_LINKS] = 0.0
+    for axis in range(3):
+        work[_ACCELERATION + axis] = -gravity[axis]
+
+
+@kernel
+def _step_outward(arm: Array, i: int, q: Array, qd: Array, qdd: Array, work: Array) -> None:
+    """Carry the motion from link i - 1 to link i and find the wrench which that motion takes."""
+    placement = _matrix(arm, i, ROTATION)
+    offset = _vector(arm, i, TRANSLATION)
+    mass = arm[i, MASS]
+    centre = _vector(arm, i, CENTRE)
+    inertia = _symmetric(arm, i, INERTIA)
+    row = _LINKS + _LINK_ROWS * i
+    for lane in range(LANES):
+        s, c = sincos(q[i, lane])
+        rate = qd[i, lane]
+        omega_parent = _lane(work, _OMEGA, lane)
+        omega_dot_parent = _lane(work, _OMEGA_DOT, lane)
+        origin = _add(
+            _lane(work, _ACCELERATION, lane),
+            _times(_rotation_rates(omega_parent, omega_dot_parent), offset),
+        )
+        turned = _into_joint(placement, s, c, omega_parent)
+        omega = Vector(turned.x, turned.y, turned.z + rate)
+        carried = _into_joint(placement, s, c, omega_dot_parent)
+        omega_dot = Vector(
+            carried.x + turned.y * rate, carried.y - turned.x * rate, carried.z + qdd[i, lane]
+        )
+        acceleration = _into_joint(placement, s, c, origin)
+        force = _scale(mass, _add(acceleration, _times(_rotation_rates(omega, omega_dot), centre)))
+        moment = _add(
+            _add(_times(inertia, omega_dot), _cross(omega, _times(inertia, omega))),
+            _cross(centre, force),
+        )
+        work[row, lane] = s
+        work[row + 1, lane] = c
+        _store(work, row + 2, lane, force)
+        _store(work, row + 5, lane, moment)
+        _store(work, _OMEGA, lane, omega)
+        _store(work, _OMEGA_DOT, lane, omega_dot)
+        _store(work, _ACCELERATION, lane, acceleration)
+
+
+@kernel
+def _step_inward(arm: Array, i: int, qdd: Array, tau: Array, work: Array) -> None:
+    """Add up the wrench on link i, take the joint's torque from it and pass it to link i - 1."""
+    placement = _matrix(arm, i, ROTATION)
+    offset = _vector(arm, i, TRANSLATION)
+    armature = arm[i, ARMATURE]
+    row = _LINKS + _LINK_ROWS * i
+    for lane in range(LANES):
+        s = work[row, lane]
+        c = work[row + 1, lane]
+        force = _add(_lane(work, row + 2, lane), _lane(work, _FORCE_FROM_TIP, lane))
+        moment = _add(_lane(work, row + 5, lane), _lane(work, _MOMENT_FROM_TIP, lane))
+        tau[i, lane] = moment.z + armature * qdd[i, lane]
+        force_parent = _out_of_joint(placement, s, c, force)
+        moment_parent = _add(_out_of_joint(placement, s, c, moment), _cross(offset, force_parent))
+        _store(work, _FORCE_FROM_TIP, lane, force_parent)
+        _store(work, _MOMENT_FROM_TIP, lane, moment_parent)
+
+
+@device
+def _rotation_rates(omega: Vector, omega_dot: Vector) -> Matrix:
+    """Return the matrix U with U r = omega_dot x r + omega x (omega x r)."""
+    xx, yy, zz = omega.x * omega.x, omega.y * omega.y, omega.z * omega.z
+    xy, xz, yz = omega.x * omega.y, omega.x * omega.z, omega.y * omega.z
+    return Matrix(
+        -(yy + zz), xy - omega_dot.z, xz + omega_dot.y,
+        xy + omega_dot.z, -(xx + zz), yz - omega_dot.x,
+        xz - omega_dot.y, yz + omega_dot.x, -(xx + yy),
+    )  # fmt: skip
+
+
+@device
+def _into_joint(placement: Matrix, s: float, c: float, v: Vector) -> Vector:
+    """Turn a vector from the parent link's frame into that of a link whose joint is at (s, c)."""
+    x = placement.xx * v.x + placement.yx * v.y + placement.zx * v.z
+    y = placement.xy * v.x + placement.yy * v.y + placement.zy * v.z
+    z = placement.xz * v.x + placement.yz * v.y + placement.zz * v.z
+    return Vector(c * x + s * y, c * y - s * x, z)
+
+
+@device
+def _out_of_joint(placement: Matrix, s: float, c: float, v: Vector) -> Vector:
+    """Turn a vector from the frame of a link whose joint is at (s, c) into the parent's."""
+    return _times(placement, Vector(c * v.x - s * v.y, s * v.x + c * v.y, v.z))
+
+
+@device
+def _times(m: Matrix, v: Vector) -> Vector:
+    return Vector(
+        m.xx * v.x + m.xy * v.y + m.xz * v.z,
+        m.yx * v.x + m.yy * v.y + m.yz * v.z,
+        m.zx * v.x + m.zy * v.y + m.zz * v.z,
+    )
+
+
+@device
+def _cross(a: Vector, b: Vector) -> Vector:
+    return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+@device
+def _add(a: Vector, b: Vector) -> Vector:
+    return Vector(a.x + b.x, a.y + b.y, a.z + b.z)
+
+
+@device
+def _scale(factor: float, v: Vector) -> Vector:
+    return Vector(factor * v.x, factor * v.y, factor * v.z)
+
+
+@device
+def _lane(work: Array, row: int, lane: int) -> Vector:
+    return Vector(work[row, lane], work[row + 1, lane], work[row + 2, lane])
+
+
+@device
+def _store(work: Array, row: int, lane: int, v: Vector) -> None:
+    work[row, lane] = v.x
+    work[row + 1, lane] = v.y
+    work[row + 2, lane] = v.z
+
+
+@device
+def _vector(arm: Array, i: int, column: int) -> Vector:
+    return Vector(arm[i, column], arm[i, column + 1], arm[i, column + 2])
+
+
+@device
+def _matrix(arm: Array, i: int, column: int) -> Matrix:
+    k = column
+    return Matrix(
+        arm[i, k], arm[i, k + 1], arm[i, k + 2],
+        arm[i, k + 3], arm[i, k + 4], arm[i, k + 5],
+        arm[i, k + 6], arm[i, k + 7], arm[i, k + 8],
+    )  # fmt: skip
+
+
+@device
+def _symmetric(arm: Array, i: int, column: int) -> Matrix:
+    k = column
+    return Matrix(
+        arm[i, k], arm[i, k + 1], arm[i, k + 2],
+        arm[i, k + 1], arm[i, k + 3], arm[i, k + 4],
+        arm[i, k + 2], arm[i, k + 4], arm[i, k + 5],
+    )  # fmt: skip
