@@ -5,6 +5,8 @@
   x InvalidParameters: a problem or an algorithm with a setting that makes no sense
   x UnknownProblem: a problem of a name that is not installed
   x BrokenProblem: an installed problem that cannot be loaded
+  x UnsuitableWork: work that does not fit the worker's problem
+  x WrongResult: a problem returned something that is no column of objectives
 """
 
 from collections.abc import Iterable
@@ -66,3 +68,36 @@ class BrokenProblem(WorkersError):
     def __init__(self, name: str, target: str, reason: str) -> None:
         self.name, self.target, self.reason = name, target, reason
         super().__init__(f"problem {name!r} ({target}) cannot be used: {reason}")
+
+
+class UnsuitableWork(WorkersError):
+    """The work does not fit this worker's problem.
+
+    Attributes:
+        problem: Name of the problem.
+        found: What the work asks for.
+        expected: What the problem can do.
+    """
+
+    def __init__(self, problem: str, found: str, expected: str) -> None:
+        self.problem, self.found, self.expected = problem, found, expected
+        super().__init__(f"work for {problem}: found {found}, expected {expected}")
+
+
+class WrongResult(WorkersError):
+    """A problem returned something that is no column of objectives.
+
+    Attributes:
+        problem: Name of the problem.
+        found: Element type and shape of what it returned.
+        expected: Element type and shape of what was asked for.
+    """
+
+    def __init__(
+        self, problem: str, found: tuple[str, tuple[int, ...]], expected: tuple[int, ...]
+    ) -> None:
+        self.problem, self.found, self.expected = problem, found, ("float64", expected)
+        super().__init__(
+            f"result of {problem}: found {found[0]} of shape {found[1]}, "
+            f"expected float64 of shape {expected}"
+        )
