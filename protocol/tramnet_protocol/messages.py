@@ -1,7 +1,8 @@
 """The messages of the network: frozen values, checked once, where they arrive.
 
-Every message is a frozen struct. On the wire it is a MessagePack map of its fields; the frame's header names
-its tag (see ``codec.py`` and the normative ``protocol/README.md``). Nothing here knows a socket or a clock.
+Every message is a frozen struct. On the wire it is a MessagePack map of its fields, no more and no fewer than
+those without a default; the frame's header names its tag (see ``codec.py`` and the normative
+``protocol/README.md``). Nothing here knows a socket or a clock.
 
 The root tells workers what to do (``Setup``, the three kinds of ``Work``, ``Stop``); workers answer
 (``Evaluated``, ``Evolved``, ``Tracked`` or ``Failed``). A worker enters by ``JoinRequest`` and is answered by
@@ -20,11 +21,13 @@ PROTOCOL_VERSION = 1
 Count: TypeAlias = Annotated[int, Meta(ge=0, le=2**32 - 1)]
 Seat: TypeAlias = Annotated[int, Meta(ge=0, le=4095)]
 Word: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
-Seconds: TypeAlias = Annotated[float, Meta(ge=0.0)]
+Seconds: TypeAlias = Annotated[float, Meta(ge=0.0, le=1e12)]
 Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=120)]
 Text: TypeAlias = Annotated[str, Meta(max_length=4000)]
 
 ROOT: Seat = 0
+NOBODY: Seat = 4095
+"""Stands in a header where there is no seat: a worker that asks for one, a person, everybody who listens."""
 
 
 class Kind(enum.IntEnum):
@@ -43,7 +46,7 @@ class WorkId(Struct, frozen=True, order=True, array_like=True):
         population: Index of the population, or of the scene or sub-population in tracking.
         step: Generation, or tracking step.
         first: First individual, population or tracking point, inclusive.
-        last: Last one, exclusive.
+        last: Last one, exclusive; more than ``first``.
     """
 
     kind: Kind
@@ -52,13 +55,17 @@ class WorkId(Struct, frozen=True, order=True, array_like=True):
     first: Count
     last: Count
 
+    def __post_init__(self) -> None:
+        if self.last <= self.first:
+            raise ValueError(f"found the empty range {self.first} to {self.last}")
+
     @property
     def size(self) -> int:
         """Number of individuals, populations or points."""
         return self.last - self.first
 
 
-class Evaluate(Struct, frozen=True, tag="evaluate"):
+class Evaluate(Struct, frozen=True, forbid_unknown_fields=True):
     """Evaluate chromosomes ``first`` to ``last`` of a generation.
 
     Attributes:
@@ -70,7 +77,7 @@ class Evaluate(Struct, frozen=True, tag="evaluate"):
     genomes: Array
 
 
-class Evolve(Struct, frozen=True, tag="evolve"):
+class Evolve(Struct, frozen=True, forbid_unknown_fields=True):
     """Evolve populations ``first`` to ``last`` by one generation, with the others' connecting values.
 
     Attributes:
@@ -84,7 +91,7 @@ class Evolve(Struct, frozen=True, tag="evolve"):
     populations: Array | None = None
 
 
-class Track(Struct, frozen=True, tag="track"):
+class Track(Struct, frozen=True, forbid_unknown_fields=True):
     """Follow tracking points ``first`` to ``last`` from a posture.
 
     Attributes:
@@ -96,7 +103,7 @@ class Track(Struct, frozen=True, tag="track"):
     posture: Array
 
 
-class Evaluated(Struct, frozen=True, tag="evaluated"):
+class Evaluated(Struct, frozen=True, forbid_unknown_fields=True):
     """Answer to ``Evaluate``.
 
     Attributes:
@@ -110,7 +117,7 @@ class Evaluated(Struct, frozen=True, tag="evaluated"):
     seconds: Seconds
 
 
-class Evolved(Struct, frozen=True, tag="evolved"):
+class Evolved(Struct, frozen=True, forbid_unknown_fields=True):
     """Answer to ``Evolve``.
 
     Attributes:
@@ -126,7 +133,7 @@ class Evolved(Struct, frozen=True, tag="evolved"):
     populations: Array | None = None
 
 
-class Tracked(Struct, frozen=True, tag="tracked"):
+class Tracked(Struct, frozen=True, forbid_unknown_fields=True):
     """Answer to ``Track``.
 
     Attributes:
@@ -142,7 +149,7 @@ class Tracked(Struct, frozen=True, tag="tracked"):
     seconds: Seconds
 
 
-class Failed(Struct, frozen=True, tag="failed"):
+class Failed(Struct, frozen=True, forbid_unknown_fields=True):
     """The worker could not answer: the evaluation raised an error.
 
     Attributes:
@@ -156,7 +163,7 @@ class Failed(Struct, frozen=True, tag="failed"):
     seconds: Seconds = 0.0
 
 
-class Setup(Struct, frozen=True, tag="setup"):
+class Setup(Struct, frozen=True, forbid_unknown_fields=True):
     """The problem, once per worker: a registered name and plain parameters, never code.
 
     Attributes:
@@ -168,7 +175,7 @@ class Setup(Struct, frozen=True, tag="setup"):
     parameters: dict[str, object]
 
 
-class Stop(Struct, frozen=True, tag="stop"):
+class Stop(Struct, frozen=True, forbid_unknown_fields=True):
     """Ask a worker to end.
 
     Attributes:
@@ -178,7 +185,7 @@ class Stop(Struct, frozen=True, tag="stop"):
     reason: Text
 
 
-class LinkCounters(Struct, frozen=True):
+class LinkCounters(Struct, frozen=True, forbid_unknown_fields=True):
     """Traffic of one directed link, as its sender or receiver counted it.
 
     Attributes:
@@ -198,7 +205,7 @@ class LinkCounters(Struct, frozen=True):
     gaps: Word = 0
 
 
-class Stats(Struct, frozen=True, tag="stats"):
+class Stats(Struct, frozen=True, forbid_unknown_fields=True):
     """The 1 Hz heartbeat of a TRAM, sent from Python, so that a hung interpreter falls silent.
 
     Attributes:
@@ -232,7 +239,7 @@ class Stats(Struct, frozen=True, tag="stats"):
     host: Name
 
 
-class Event(Struct, frozen=True, tag="event"):
+class Event(Struct, frozen=True, forbid_unknown_fields=True):
     """Something that happened, published by the root for dashboards.
 
     Attributes:
@@ -246,7 +253,7 @@ class Event(Struct, frozen=True, tag="event"):
     detail: dict[str, object]
 
 
-class Wiring(Struct, frozen=True, tag="wiring"):
+class Wiring(Struct, frozen=True, forbid_unknown_fields=True):
     """The current wiring: which TRAMs are live and which links join them.
 
     Attributes:
@@ -262,7 +269,7 @@ class Wiring(Struct, frozen=True, tag="wiring"):
     edges: tuple[tuple[Seat, Seat], ...]
 
 
-class JoinRequest(Struct, frozen=True, tag="join"):
+class JoinRequest(Struct, frozen=True, forbid_unknown_fields=True):
     """A worker asks for a seat.
 
     Attributes:
@@ -282,7 +289,7 @@ class JoinRequest(Struct, frozen=True, tag="join"):
     supervisor: Name
 
 
-class JoinReply(Struct, frozen=True, tag="joined"):
+class JoinReply(Struct, frozen=True, forbid_unknown_fields=True):
     """The root gives a seat.
 
     Attributes:
@@ -302,7 +309,7 @@ class JoinReply(Struct, frozen=True, tag="joined"):
     setup: Setup
 
 
-class Refusal(Struct, frozen=True, tag="refusal"):
+class Refusal(Struct, frozen=True, forbid_unknown_fields=True):
     """The root does not do what was asked.
 
     Attributes:
@@ -314,7 +321,7 @@ class Refusal(Struct, frozen=True, tag="refusal"):
     final: bool
 
 
-class ControlRequest(Struct, frozen=True, tag="control"):
+class ControlRequest(Struct, frozen=True, forbid_unknown_fields=True):
     """People steer a running network.
 
     Attributes:
@@ -326,7 +333,7 @@ class ControlRequest(Struct, frozen=True, tag="control"):
     workers: Count | None = None
 
 
-class ControlReply(Struct, frozen=True, tag="controlled"):
+class ControlReply(Struct, frozen=True, forbid_unknown_fields=True):
     """What the root did, in words, and its status as plain values.
 
     Attributes:
