@@ -84,11 +84,13 @@ def inverse_dynamics(
         tau: Receives the joint torques, of shape (n, LANES) [N m].
         work: Scratch space from ``dynamics_workspace``.
     """
-    _start_at_base(gravity, work)
-    for i in range(arm.shape[0]):
-        _step_outward(arm, i, q, qd, qdd, work)
-    for i in range(arm.shape[0] - 1, -1, -1):
-        _step_inward(arm, i, qdd, tau, work)
+    n = arm.shape[0]
+    chain, links = work[:_LINKS].reshape(-1), work[_LINKS:].reshape(n, -1)
+    _start_at_base(gravity, chain)
+    for i in range(n):
+        _step_outward(arm[i], q[i], qd[i], qdd[i], chain, links[i])
+    for i in range(n - 1, -1, -1):
+        _step_inward(arm[i], qdd[i], chain, links[i], tau[i])
 
 
 @kernel
@@ -131,36 +133,38 @@ def _gather(states: Array, first: int, count: int, block: Array) -> None:
 
 
 @kernel
-def _start_at_base(gravity: Array, work: Array) -> None:
+def _start_at_base(gravity: Array, chain: Array) -> None:
     """Set the base at rest, accelerated against gravity, and the tip free of load."""
-    work[:_LINKS] = 0.0
+    chain[:] = 0.0
     for axis in range(3):
-        work[_ACCELERATION + axis] = -gravity[axis]
+        for lane in range(LANES):
+            chain[(_ACCELERATION + axis) * LANES + lane] = -gravity[axis]
 
 
 @kernel
-def _step_outward(arm: Array, i: int, q: Array, qd: Array, qdd: Array, work: Array) -> None:
-    """Carry the motion from link i - 1 to link i and find the wrench which that motion takes."""
-    placement = _matrix(arm, i, ROTATION)
-    offset = _vector(arm, i, TRANSLATION)
-    mass = arm[i, MASS]
-    centre = _vector(arm, i, CENTRE)
-    inertia = _symmetric(arm, i, INERTIA)
-    row = _LINKS + _LINK_ROWS * i
+def _step_outward(
+    joint: Array, q: Array, qd: Array, qdd: Array, chain: Array, link: Array
+) -> None:
+    """Carry the motion from a link to the next and find the wrench which that motion takes."""
+    placement = _matrix(joint, ROTATION)
+    offset = _vector(joint, TRANSLATION)
+    mass = joint[MASS]
+    centre = _vector(joint, CENTRE)
+    inertia = _symmetric(joint, INERTIA)
     for lane in range(LANES):
-        s, c = sincos(q[i, lane])
-        rate = qd[i, lane]
-        omega_parent = _lane(work, _OMEGA, lane)
-        omega_dot_parent = _lane(work, _OMEGA_DOT, lane)
+        s, c = sincos(q[lane])
+        rate = qd[lane]
+        omega_parent = _lane(chain, _OMEGA, lane)
+        omega_dot_parent = _lane(chain, _OMEGA_DOT, lane)
         origin = _add(
-            _lane(work, _ACCELERATION, lane),
+            _lane(chain, _ACCELERATION, lane),
             _times(_rotation_rates(omega_parent, omega_dot_parent), offset),
         )
         turned = _into_joint(placement, s, c, omega_parent)
         omega = Vector(turned.x, turned.y, turned.z + rate)
         carried = _into_joint(placement, s, c, omega_dot_parent)
         omega_dot = Vector(
-            carried.x + turned.y * rate, carried.y - turned.x * rate, carried.z + qdd[i, lane]
+            carried.x + turned.y * rate, carried.y - turned.x * rate, carried.z + qdd[lane]
         )
         acceleration = _into_joint(placement, s, c, origin)
         force = _scale(mass, _add(acceleration, _times(_rotation_rates(omega, omega_dot), centre)))
@@ -168,32 +172,31 @@ def _step_outward(arm: Array, i: int, q: Array, qd: Array, qdd: Array, work: Arr
             _add(_times(inertia, omega_dot), _cross(omega, _times(inertia, omega))),
             _cross(centre, force),
         )
-        work[row, lane] = s
-        work[row + 1, lane] = c
-        _store(work, row + 2, lane, force)
-        _store(work, row + 5, lane, moment)
-        _store(work, _OMEGA, lane, omega)
-        _store(work, _OMEGA_DOT, lane, omega_dot)
-        _store(work, _ACCELERATION, lane, acceleration)
+        link[lane] = s
+        link[LANES + lane] = c
+        _store(link, 2, lane, force)
+        _store(link, 5, lane, moment)
+        _store(chain, _OMEGA, lane, omega)
+        _store(chain, _OMEGA_DOT, lane, omega_dot)
+        _store(chain, _ACCELERATION, lane, acceleration)
 
 
 @kernel
-def _step_inward(arm: Array, i: int, qdd: Array, tau: Array, work: Array) -> None:
-    """Add up the wrench on link i, take the joint's torque from it and pass it to link i - 1."""
-    placement = _matrix(arm, i, ROTATION)
-    offset = _vector(arm, i, TRANSLATION)
-    armature = arm[i, ARMATURE]
-    row = _LINKS + _LINK_ROWS * i
+def _step_inward(joint: Array, qdd: Array, chain: Array, link: Array, tau: Array) -> None:
+    """Add up the wrench on a link, take the joint's torque from it and pass it to the parent."""
+    placement = _matrix(joint, ROTATION)
+    offset = _vector(joint, TRANSLATION)
+    armature = joint[ARMATURE]
     for lane in range(LANES):
-        s = work[row, lane]
-        c = work[row + 1, lane]
-        force = _add(_lane(work, row + 2, lane), _lane(work, _FORCE_FROM_TIP, lane))
-        moment = _add(_lane(work, row + 5, lane), _lane(work, _MOMENT_FROM_TIP, lane))
-        tau[i, lane] = moment.z + armature * qdd[i, lane]
+        s = link[lane]
+        c = link[LANES + lane]
+        force = _add(_lane(link, 2, lane), _lane(chain, _FORCE_FROM_TIP, lane))
+        moment = _add(_lane(link, 5, lane), _lane(chain, _MOMENT_FROM_TIP, lane))
+        tau[lane] = moment.z + armature * qdd[lane]
         force_parent = _out_of_joint(placement, s, c, force)
         moment_parent = _add(_out_of_joint(placement, s, c, moment), _cross(offset, force_parent))
-        _store(work, _FORCE_FROM_TIP, lane, force_parent)
-        _store(work, _MOMENT_FROM_TIP, lane, moment_parent)
+        _store(chain, _FORCE_FROM_TIP, lane, force_parent)
+        _store(chain, _MOMENT_FROM_TIP, lane, moment_parent)
 
 
 @device
@@ -248,37 +251,38 @@ def _scale(factor: float, v: Vector) -> Vector:
 
 
 @device
-def _lane(work: Array, row: int, lane: int) -> Vector:
-    return Vector(work[row, lane], work[row + 1, lane], work[row + 2, lane])
+def _lane(rows: Array, row: int, lane: int) -> Vector:
+    """Read a vector of one lane from three rows that lie end to end."""
+    k = row * LANES + lane
+    return Vector(rows[k], rows[k + LANES], rows[k + 2 * LANES])
 
 
 @device
-def _store(work: Array, row: int, lane: int, v: Vector) -> None:
-    work[row, lane] = v.x
-    work[row + 1, lane] = v.y
-    work[row + 2, lane] = v.z
+def _store(rows: Array, row: int, lane: int, v: Vector) -> None:
+    k = row * LANES + lane
+    rows[k] = v.x
+    rows[k + LANES] = v.y
+    rows[k + 2 * LANES] = v.z
 
 
 @device
-def _vector(arm: Array, i: int, column: int) -> Vector:
-    return Vector(arm[i, column], arm[i, column + 1], arm[i, column + 2])
+def _vector(joint: Array, k: int) -> Vector:
+    return Vector(joint[k], joint[k + 1], joint[k + 2])
 
 
 @device
-def _matrix(arm: Array, i: int, column: int) -> Matrix:
-    k = column
+def _matrix(joint: Array, k: int) -> Matrix:
     return Matrix(
-        arm[i, k], arm[i, k + 1], arm[i, k + 2],
-        arm[i, k + 3], arm[i, k + 4], arm[i, k + 5],
-        arm[i, k + 6], arm[i, k + 7], arm[i, k + 8],
+        joint[k], joint[k + 1], joint[k + 2],
+        joint[k + 3], joint[k + 4], joint[k + 5],
+        joint[k + 6], joint[k + 7], joint[k + 8],
     )  # fmt: skip
 
 
 @device
-def _symmetric(arm: Array, i: int, column: int) -> Matrix:
-    k = column
+def _symmetric(joint: Array, k: int) -> Matrix:
     return Matrix(
-        arm[i, k], arm[i, k + 1], arm[i, k + 2],
-        arm[i, k + 1], arm[i, k + 3], arm[i, k + 4],
-        arm[i, k + 2], arm[i, k + 4], arm[i, k + 5],
+        joint[k], joint[k + 1], joint[k + 2],
+        joint[k + 1], joint[k + 3], joint[k + 4],
+        joint[k + 2], joint[k + 4], joint[k + 5],
     )  # fmt: skip

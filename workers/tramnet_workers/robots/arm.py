@@ -189,7 +189,8 @@ def _frozen(name: str, values: object, shape: tuple[int, ...]) -> Array:
 
 
 def _is_symmetric(inertia: Array) -> NDArray[np.bool_]:
-    return (inertia == inertia.transpose(0, 2, 1)).all(axis=(1, 2))
+    symmetric: NDArray[np.bool_] = (inertia == inertia.transpose(0, 2, 1)).all(axis=(1, 2))
+    return symmetric
 
 
 def _require(passed: NDArray[np.bool_], owners: tuple[str, ...], what: str, complaint: str) -> None:
