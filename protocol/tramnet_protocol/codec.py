@@ -48,6 +48,9 @@ from tramnet_protocol.messages import (
 )
 from tramnet_protocol.packing import pack, unpack
 
+FRAME_LENGTH = 10
+"""Entries of a frame: nine of the header, and the body."""
+
 MESSAGES: Mapping[str, type[Message]] = MappingProxyType(
     {
         "evaluate": Evaluate,
@@ -176,6 +179,8 @@ def decode(payload: bytes) -> Frame:
         raise MalformedFrame("no list that begins with a version arrived")
     if fields[0] != PROTOCOL_VERSION:
         raise UnsupportedVersion(fields[0], PROTOCOL_VERSION)
+    if len(fields) != FRAME_LENGTH:
+        raise MalformedFrame(f"a list of {len(fields)} arrived; expected a frame of {FRAME_LENGTH}")
     body = fields.pop()
     if not isinstance(body, bytes):
         raise MalformedFrame(f"the last entry of a frame is {type(body).__name__}; expected bytes")
