@@ -132,7 +132,7 @@ def _gather(states: Array, first: int, count: int, block: Array) -> None:
             block[i, lane] = states[first + lane, i]
 
 
-@kernel
+@device
 def _start_at_base(gravity: Array, chain: Array) -> None:
     """Set the base at rest, accelerated against gravity, and the tip free of load."""
     chain[:] = 0.0
@@ -141,10 +141,8 @@ def _start_at_base(gravity: Array, chain: Array) -> None:
             chain[(_ACCELERATION + axis) * LANES + lane] = -gravity[axis]
 
 
-@kernel
-def _step_outward(
-    joint: Array, q: Array, qd: Array, qdd: Array, chain: Array, link: Array
-) -> None:
+@device
+def _step_outward(joint: Array, q: Array, qd: Array, qdd: Array, chain: Array, link: Array) -> None:
     """Carry the motion from a link to the next and find the wrench which that motion takes."""
     placement = _matrix(joint, ROTATION)
     offset = _vector(joint, TRANSLATION)
@@ -181,7 +179,7 @@ def _step_outward(
         _store(chain, _ACCELERATION, lane, acceleration)
 
 
-@kernel
+@device
 def _step_inward(joint: Array, qdd: Array, chain: Array, link: Array, tau: Array) -> None:
     """Add up the wrench on a link, take the joint's torque from it and pass it to the parent."""
     placement = _matrix(joint, ROTATION)

@@ -8,8 +8,6 @@ Microsystems 1993, ``k_sin.c``, ``k_cos.c``, ``s_atan.c``, ``e_log.c``).
 
 from typing import NamedTuple
 
-import numpy as np
-
 from tramnet_workers.kernels import device
 
 # Adding and subtracting 1.5 * 2**52 rounds a double of less than 2**51 to the nearest integer.
@@ -68,12 +66,22 @@ def sincos(x: float) -> SineCosine:
     c = _cosine_near_zero(r, tail)
 
     # Quadrants 0, 1, 2, 3 give (s, c), (c, -s), (-s, -c), (-c, s).
-    half = np.floor(0.5 * n)
-    swapped = n - 2.0 * half != 0.0
-    half_next = np.floor(0.5 * (n + 1.0))
-    sign_s = 1.0 - 2.0 * (half - 2.0 * np.floor(0.5 * half))
-    sign_c = 1.0 - 2.0 * (half_next - 2.0 * np.floor(0.5 * half_next))
+    swapped = n != 2.0 * _half(n)
+    sign_s = _alternating(_half(n))
+    sign_c = _alternating(_half(n + 1.0))
     return SineCosine(sign_s * (c if swapped else s), sign_c * (s if swapped else c))
+
+
+@device
+def _half(n: float) -> float:
+    """Return half of a whole number, rounded down."""
+    return (0.5 * n - 0.25 + _ROUNDER) - _ROUNDER
+
+
+@device
+def _alternating(n: float) -> float:
+    """Return 1 for even and -1 for odd whole numbers."""
+    return 1.0 - 2.0 * (n - 2.0 * _half(n))
 
 
 @device
