@@ -1,7 +1,7 @@
 """Credit of the links: how much may wait at a receiver, so that no sender can fill its memory.
 
-A transport's ``deliver`` asks ``admit`` before it enqueues, the node calls ``release`` when it has taken a message out.
-A sender within its credit of unacknowledged bytes never meets the bound.
+A transport's ``deliver`` asks ``admit`` before it enqueues, and the node calls ``release`` when it has taken a
+message out. A sender within its credit of unacknowledged bytes never meets the bound.
 """
 
 import threading

@@ -1,0 +1,134 @@
+"""Settings of a Zenoh session: what every node overrides, and why.
+
+The defaults of Zenoh listen on every interface, scout by multicast, gossip, move large payloads through shared
+memory and drop under load. Here a root is a peer that listens where it is told, everybody else is a client of it,
+and nothing leaves the links that are named. The lease that counts is the sender's, so every node has the same.
+
+Observers attach at an endpoint of the root with a protocol of its own; by that protocol one rule turns whatever the
+root sends them into DROP at BACKGROUND priority, so that an observer that hangs never holds up the root.
+"""
+
+import re
+from collections.abc import Sequence
+from typing import TypeAlias
+
+from tramnet_protocol.errors import BadEndpoint
+from tramnet_protocol.limits import LEASE_SECONDS, MAX_MESSAGE_BYTES, WAIT_BEFORE_CLOSE_SECONDS
+
+Settings: TypeAlias = dict[str, object]
+
+ENVELOPE_BYTES = 4096
+"""What Zenoh adds to a payload at most: key, time stamp and the like [B]."""
+
+_ENDPOINT = re.compile(r"(?P<protocol>[a-z][a-z-]*)/(?P<address>\S+)")
+
+_DROP = {
+    # A hanging observer costs one wait; after it the link counts as congested and nobody waits. The default for
+    # messages in fragments, 50 ms, is long against a generation.
+    "wait_before_drop": 1_000,  # us
+    "max_wait_before_drop_fragments": 5_000,  # us
+}
+
+
+def root_settings(network: str, listen: Sequence[str], observers: str | None) -> Settings:
+    """Return the settings of a root.
+
+    Args:
+        network: Name of the network, shown in the admin space.
+        listen: Endpoints for workers.
+        observers: Endpoint for observers, of a protocol no worker uses; or None.
+
+    Raises:
+        BadEndpoint: An endpoint is none, or observers would share a protocol with workers.
+    """
+    shared = {protocol_of(endpoint) for endpoint in listen}
+    settings = _common(f"tramnet root {network}") | {
+        "mode": "peer",
+        "listen": {"endpoints": [*listen, observers] if observers else [*listen]},
+        "connect": {"endpoints": []},
+        "adminspace": {"enabled": True, "permissions": {"read": True, "write": False}},
+    }
+    if observers:
+        if protocol_of(observers) in shared:
+            raise BadEndpoint(
+                observers,
+                f"found {observers} for observers and the same protocol for workers; "
+                "expected a protocol of its own, such as unixsock-stream",
+            )
+        settings["qos"] = {"network": [_observers_rule(protocol_of(observers))]}
+    return settings
+
+
+def client_settings(name: str, connect: str) -> Settings:
+    """Return the settings of a worker or an observer.
+
+    Args:
+        name: Name shown in the admin space.
+        connect: Endpoint of the root.
+
+    Raises:
+        BadEndpoint: It is no endpoint.
+    """
+    protocol_of(connect)
+    return _common(name) | {
+        "mode": "client",
+        "listen": {"endpoints": []},
+        "connect": {
+            "endpoints": [connect],
+            "timeout_ms": 0,
+            "exit_on_failure": True,
+            "retry": {"period_init_ms": 100, "period_max_ms": 1000},
+        },
+    }
+
+
+def protocol_of(endpoint: str) -> str:
+    """Return the protocol of an endpoint: ``tcp`` of ``tcp/127.0.0.1:7447``.
+
+    Raises:
+        BadEndpoint: It is no endpoint.
+    """
+    match = _ENDPOINT.fullmatch(endpoint)
+    if match is None:
+        raise BadEndpoint(
+            endpoint,
+            f"found the endpoint {endpoint!r}; expected PROTOCOL/ADDRESS, such as "
+            "tcp/127.0.0.1:7447 or unixsock-stream//run/tramnet.sock",
+        )
+    return match["protocol"]
+
+
+def _common(name: str) -> Settings:
+    congestion = {
+        "block": {"wait_before_close": round(WAIT_BEFORE_CLOSE_SECONDS * 1e6)},
+        "drop": _DROP,
+    }
+    return {
+        "metadata": {"name": name},
+        "scouting": {
+            "delay": 0,
+            "multicast": {"enabled": False},
+            "gossip": {"enabled": False},
+        },
+        "transport": {
+            "shared_memory": {"enabled": False},
+            "link": {
+                "tx": {
+                    "lease": round(LEASE_SECONDS * 1e3),
+                    "queue": {"congestion_control": congestion},
+                },
+                "rx": {"max_message_size": MAX_MESSAGE_BYTES + ENVELOPE_BYTES},
+            },
+        },
+    }
+
+
+def _observers_rule(protocol: str) -> Settings:
+    return {
+        "id": "observers",
+        "messages": ["put", "delete", "query"],
+        "flows": ["egress"],
+        "key_exprs": ["**"],
+        "link_protocols": [protocol],
+        "overwrite": {"priority": "background", "congestion_control": "drop"},
+    }
