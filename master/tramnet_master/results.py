@@ -1,0 +1,179 @@
+"""``result.json``: what a run found, in fixed keys that never hold NaN.
+
+``Result`` has the keys every experiment writes (design section 6); an experiment adds its own by a subclass.
+"""
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import msgspec
+from msgspec import Struct
+
+from tramnet_master.errors import DamagedFile
+from tramnet_master.files import write_atomically
+from tramnet_master.plain_values import plain_leaf
+
+PACKAGES = ("tramnet", "numpy", "numba", "pin", "eclipse-zenoh", "msgpack", "msgspec")
+
+
+class BestFound(Struct, frozen=True):
+    """The best individual of a run.
+
+    Attributes:
+        objective: Its objective.
+        generation: Generation in which it appeared first.
+    """
+
+    objective: float
+    generation: int
+
+
+class Result(Struct, frozen=True, kw_only=True):
+    """What every run writes.
+
+    Attributes:
+        experiment: Name of the job, ``puma560`` for one.
+        method: The method, as the user names it.
+        case: Case of the paper, None for a user's own task.
+        seed: Seed of all random streams.
+        population_size: Individuals in a generation.
+        generations: Generations evaluated.
+        evaluations: Individuals evaluated.
+        best: The best individual.
+        wall_seconds: From the first generation to the last, over all resumed parts [s].
+        workers: Workers at the end of the run.
+        topology: Shape of the network.
+        lost_workers: Workers lost on the way.
+        condemned: Individuals given the worst fitness because they ended three workers.
+        reproducible: Whether the same seed gives the same result anywhere.
+        final_population_sha256: Hash of the last population, genomes and objectives.
+        paper: The paper's figure for the same quantity, None where it has none.
+        versions: Versions of what computed it.
+    """
+
+    experiment: str
+    method: str
+    case: int | None
+    seed: int
+    population_size: int
+    generations: int
+    evaluations: int
+    best: BestFound
+    wall_seconds: float
+    workers: int
+    topology: str
+    lost_workers: int
+    condemned: list[dict[str, object]]
+    reproducible: bool
+    final_population_sha256: str
+    paper: float | None
+    versions: dict[str, str]
+
+
+class Check(Struct, frozen=True):
+    """One line of a plan's verification.
+
+    Attributes:
+        name: What is checked, in words.
+        value: What was found.
+        limit: The value that is still good, in the same unit; None where the line only informs.
+        unit: Unit of both, empty for a ratio.
+        passed: Whether it is good.
+    """
+
+    name: str
+    value: float
+    limit: float | None
+    unit: str
+    passed: bool
+
+
+class Limits(Struct, frozen=True):
+    """The limits a plan had to keep, one number a joint.
+
+    Attributes:
+        torque_nm: Largest torques [N m].
+        velocity_rad_s: Largest speeds, None where there is none [rad/s].
+        position_lower_rad: Smallest angles [rad].
+        position_upper_rad: Largest angles [rad].
+    """
+
+    torque_nm: list[float]
+    velocity_rad_s: list[float | None]
+    position_lower_rad: list[float]
+    position_upper_rad: list[float]
+
+
+class MotionResult(Result, frozen=True, kw_only=True):
+    """What a run of ``puma560`` writes beside.
+
+    Attributes:
+        robot: Name of the arm.
+        start_rad: Joint angles at the start [rad].
+        goal_rad: Joint angles at the goal [rad].
+        limits: What the plan had to keep.
+        motion_time_s: Duration of the plan [s].
+        objective: Its objective.
+        end_velocity_rad_s: Sum over the joints of the speeds at its end, eq 8 [rad/s].
+        torque_ratio_max: Largest torque over its limit, anywhere on the plan.
+        straight_line_time_s: Duration of the straight line, timed optimally [s].
+        limit_time_s: The least time there is, None where it is not known [s].
+        gap_to_limit: Duration over the least time, minus 1; None where that is not known.
+        gap_to_straight_line: Duration over that of the straight line, minus 1.
+        evaluations_per_second: Rate over the whole run [1/s].
+        network_overhead_fraction: Share of the run in which no worker computed.
+        verified: Whether every check passed.
+        verification: The checks.
+    """
+
+    robot: str
+    start_rad: list[float]
+    goal_rad: list[float]
+    limits: Limits
+    motion_time_s: float
+    objective: float
+    end_velocity_rad_s: float
+    torque_ratio_max: float
+    straight_line_time_s: float | None
+    limit_time_s: float | None
+    gap_to_limit: float | None
+    gap_to_straight_line: float | None
+    evaluations_per_second: float
+    network_overhead_fraction: float | None
+    verified: bool
+    verification: list[Check]
+
+
+def write_result(path: Path, result: Result) -> None:
+    """Write a result, whole or not at all; what is not finite becomes null.
+
+    Raises:
+        CannotWrite: The disk refuses.
+    """
+    # msgspec writes NaN and infinities as null.
+    content = msgspec.json.encode(result, enc_hook=plain_leaf)
+    write_atomically(path, msgspec.json.format(content, indent=2) + b"\n")
+
+
+def read_result(path: Path) -> dict[str, object]:
+    """The keys of a ``result.json``.
+
+    Raises:
+        DamagedFile: It is no JSON object.
+    """
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=dict[str, object])
+    except (msgspec.MsgspecError, ValueError) as error:
+        raise DamagedFile(path, str(error), "a JSON object") from error
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that decide a result."""
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "unknown"
+    return found
