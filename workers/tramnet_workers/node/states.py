@@ -183,27 +183,20 @@ class WorkerStates:
             return []
         match event:
             case WorkReceived():
-                return self._received(event)
+                out = self._received(event)
             case Finished():
-                return self._finished(event)
-            case Joined(membership, setup):
-                self._enter(Phase.BUILDING, membership)
-                return [Build(membership, setup)]
-            case Built(membership):
-                return self._built(membership)
-            case BuildFailed(membership, error):
-                if membership != self.membership:
-                    return []
-                self._enter(Phase.GONE, None)
-                return [Leave(error, failed=True)]
+                out = self._finished(event)
+            case Joined():
+                out = self._joined(event)
+            case Built():
+                out = self._built(event.membership)
+            case BuildFailed():
+                out = self._build_failed(event)
             case RootLost():
-                if self.phase is Phase.OUTSIDE:
-                    return []
-                self._enter(Phase.OUTSIDE, None)
-                return [Rejoin()]
-            case StopReceived(reason):
-                self._enter(Phase.GONE, None)
-                return [Leave(reason)]
+                out = self._root_lost()
+            case StopReceived():
+                out = self._leave(event.reason, failed=False)
+        return out
 
     def _enter(self, phase: Phase, membership: Membership | None) -> None:
         """Begin another part of life; what was held belonged to the last one."""
@@ -211,11 +204,32 @@ class WorkerStates:
         self.membership = membership
         self.held = []
 
+    def _joined(self, event: Joined) -> list[Instruction]:
+        if event.membership == self.membership:
+            return []
+        self._enter(Phase.BUILDING, event.membership)
+        return [Build(event.membership, event.setup)]
+
     def _built(self, membership: Membership) -> list[Instruction]:
         if membership != self.membership or self.phase is not Phase.BUILDING:
             return []
         self.phase = Phase.WORKING
         return [Announce(membership), *self._start()]
+
+    def _build_failed(self, event: BuildFailed) -> list[Instruction]:
+        if event.membership != self.membership:
+            return []
+        return self._leave(event.error, failed=True)
+
+    def _root_lost(self) -> list[Instruction]:
+        if self.phase is Phase.OUTSIDE:
+            return []
+        self._enter(Phase.OUTSIDE, None)
+        return [Rejoin()]
+
+    def _leave(self, reason: str, failed: bool) -> list[Instruction]:
+        self._enter(Phase.GONE, None)
+        return [Leave(reason, failed)]
 
     def _received(self, event: WorkReceived) -> list[Instruction]:
         identity = event.work.work
@@ -233,9 +247,9 @@ class WorkerStates:
         if self.running != (event.membership, identity):
             return self._reject(identity, Why.UNEXPECTED)
         self.running = None
-        if event.membership != self.membership:
+        if not self.held or (event.membership, self.held[0].work) != (self.membership, identity):
             return [*self._reject(identity, Why.FOREIGN), *self._start()]
-        self.held.pop(0)
+        del self.held[0]
         # The next chunk starts first: sending takes time in which the evaluator would be idle.
         return [*self._start(), Answer(event.membership, event.answer)]
 
