@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_workers.kernels import device, kernel
+from tramnet_workers.kernels.transforms import log, sincos
 
 Stream = NDArray[np.uint64]
 
@@ -32,6 +33,7 @@ _ELEVEN = np.uint64(11)
 _HALF = np.uint64(32)
 _LOW = np.uint64(0xFFFFFFFF)
 _UNIT = 2.0**-53
+_TWO_PI = 6.283185307179586
 
 
 @kernel
@@ -63,7 +65,7 @@ def open_stream(
     stream[_TAKEN] = _FOUR
 
 
-@kernel
+@device
 def next_word(stream: Stream) -> np.uint64:
     """Return the next 64 random bits of a stream."""
     if stream[_TAKEN] == _FOUR:
@@ -73,13 +75,13 @@ def next_word(stream: Stream) -> np.uint64:
     return word
 
 
-@kernel
+@device
 def uniform(stream: Stream) -> float:
     """Return a number in [0, 1): 53 random bits, as ``numpy.random.Generator.random`` does."""
     return np.float64(next_word(stream) >> _ELEVEN) * _UNIT
 
 
-@kernel
+@device
 def below(stream: Stream, n: int) -> int:
     """Return an integer in [0, n), each equally likely, for n >= 1.
 
@@ -92,6 +94,16 @@ def below(stream: Stream, n: int) -> int:
         while low < threshold:
             high, low = _multiply(next_word(stream), bound)
     return int(np.int64(high))
+
+
+@device
+def gaussian(stream: Stream) -> float:
+    """Return a normally distributed number of mean 0 and variance 1, from two words.
+
+    Box & Muller (1958), "A note on the generation of random normal deviates", the cosine half.
+    """
+    radius = np.sqrt(-2.0 * log(1.0 - uniform(stream)))  # 1 - u is never 0
+    return float(radius * sincos(_TWO_PI * uniform(stream)).cosine)
 
 
 @device
