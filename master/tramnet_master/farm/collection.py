@@ -1,0 +1,193 @@
+"""Puts the outcome of a work together from the answers to its chunks, and cuts the chunks' content out of it.
+
+Every outcome from the wire is looked at here, once: whether it is of the kind and shape that its work asks for, and
+which of its slots hold no usable number.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tramnet_protocol.arrays import Array
+from tramnet_protocol.errors import ProtocolError
+from tramnet_protocol.messages import (
+    Evaluate,
+    Evaluated,
+    Evolve,
+    Evolved,
+    Outcome,
+    Track,
+    Tracked,
+    Work,
+    WorkId,
+)
+
+_ANSWER = {Evaluate: Evaluated, Evolve: Evolved, Track: Tracked}
+
+
+class WrongOutcome(Exception):
+    """An outcome is not what its work asks for; says what was found and what was expected."""
+
+
+class Collection(Protocol):
+    """A submitted work and what has come back of it.
+
+    Attributes:
+        work: The submitted work.
+        seconds: Compute time of all accepted answers [s].
+        condemned: Slots given up.
+    """
+
+    work: Work
+    seconds: float
+    condemned: list[int]
+
+    @property
+    def bytes_each(self) -> int:
+        """Size of one slot on the wire [B]."""
+
+    @property
+    def divisible(self) -> bool:
+        """Whether the work may be cut between its slots."""
+
+    def chunk(self, part: WorkId) -> Work:
+        """Return the message that asks for a part."""
+
+    def inspect(self, outcome: Outcome) -> tuple[int, ...]:
+        """Return the slots of an outcome that hold no usable number.
+
+        Raises:
+            WrongOutcome: It has another kind or shape than its work asks for.
+        """
+
+    def accept(self, outcome: Outcome, part: WorkId) -> None:
+        """Keep some slots of an inspected outcome."""
+
+    def condemn(self, part: WorkId) -> None:
+        """Give some slots up."""
+
+    def outcome(self) -> Outcome:
+        """Return the whole, once every slot is accepted or condemned."""
+
+
+def open_collection(work: Work) -> Collection:
+    """Return an empty collection for a work."""
+    if isinstance(work, Evaluate):
+        return _Evaluations(work)
+    return _Whole(work)
+
+
+class _Evaluations:
+    """Objectives of a population, slot by slot."""
+
+    divisible = True
+
+    def __init__(self, work: Evaluate) -> None:
+        self.work: Work = work
+        self.seconds = 0.0
+        self.condemned: list[int] = []
+        self._first = work.work.first
+        self._genomes = work.genomes.unpack()
+        self._objectives: NDArray[np.float64] = np.full(work.work.size, np.nan)
+
+    @property
+    def bytes_each(self) -> int:
+        return self._genomes[:1].nbytes
+
+    def chunk(self, part: WorkId) -> Work:
+        return Evaluate(part, Array.pack(self._genomes[self._slots(part)]))
+
+    def inspect(self, outcome: Outcome) -> tuple[int, ...]:
+        objectives = _objectives_of(outcome)
+        finite = np.isfinite(objectives)
+        if finite.all():
+            return ()
+        return tuple((outcome.work.first + np.flatnonzero(~finite)).tolist())
+
+    def accept(self, outcome: Outcome, part: WorkId) -> None:
+        inside = slice(part.first - outcome.work.first, part.last - outcome.work.first)
+        self._objectives[self._slots(part)] = _objectives_of(outcome)[inside]
+        self.seconds += outcome.seconds * part.size / outcome.work.size
+
+    def condemn(self, part: WorkId) -> None:
+        self.condemned.extend(range(part.first, part.last))
+
+    def outcome(self) -> Outcome:
+        objectives = self._objectives
+        if self.condemned:
+            # The worst of the others: a finite number, and the same whoever evaluated them.
+            objectives = np.nan_to_num(objectives, nan=_worst(objectives))
+        return Evaluated(self.work.work, Array.pack(objectives), self.seconds)
+
+    def _slots(self, part: WorkId) -> slice:
+        return slice(part.first - self._first, part.last - self._first)
+
+
+class _Whole:
+    """A work that one worker does in one piece."""
+
+    divisible = False
+
+    def __init__(self, work: Work) -> None:
+        self.work: Work = work
+        self.seconds = 0.0
+        self.condemned: list[int] = []
+        self._outcome: Outcome | None = None
+
+    @property
+    def bytes_each(self) -> int:
+        return sum(len(array.data) for array in _arrays(self.work)) // self.work.work.size
+
+    def chunk(self, part: WorkId) -> Work:
+        assert part == self.work.work, "an indivisible work is not cut"
+        return self.work
+
+    def inspect(self, outcome: Outcome) -> tuple[int, ...]:
+        if not isinstance(outcome, _ANSWER[type(self.work)]):
+            raise WrongOutcome(f"found {type(outcome).__name__} for {type(self.work).__name__}")
+        try:
+            usable = all(np.isfinite(array.unpack()).all() for array in _arrays(outcome))
+        except (ProtocolError, TypeError) as error:
+            raise WrongOutcome(str(error)) from error
+        work = outcome.work
+        return () if usable else tuple(range(work.first, work.last))
+
+    def accept(self, outcome: Outcome, part: WorkId) -> None:
+        assert part == self.work.work, "an indivisible work is answered whole"
+        self._outcome = outcome
+        self.seconds += outcome.seconds
+
+    def condemn(self, part: WorkId) -> None:
+        self.condemned.extend(range(part.first, part.last))
+
+    def outcome(self) -> Outcome:
+        assert self._outcome is not None, "a condemned whole has no outcome"
+        return self._outcome
+
+
+def _objectives_of(outcome: Outcome) -> NDArray[np.float64]:
+    if not isinstance(outcome, Evaluated):
+        raise WrongOutcome(f"found {type(outcome).__name__}, expected Evaluated")
+    try:
+        objectives = outcome.objectives.unpack()
+    except ProtocolError as error:
+        raise WrongOutcome(str(error)) from error
+    expected = (outcome.work.size,)
+    if objectives.dtype != np.float64 or objectives.shape != expected:
+        raise WrongOutcome(
+            f"found {objectives.dtype} objectives of shape {objectives.shape}, "
+            f"expected float64 of shape {expected}"
+        )
+    return objectives.astype(np.float64, copy=False)
+
+
+def _arrays(message: Work | Outcome) -> Sequence[Array]:
+    fields = (getattr(message, name) for name in message.__struct_fields__)
+    return [field for field in fields if isinstance(field, Array)]
+
+
+def _worst(objectives: NDArray[np.float64]) -> float:
+    usable = objectives[np.isfinite(objectives)]
+    return float(usable.max()) if len(usable) else float(np.finfo(np.float64).max)

@@ -1,0 +1,492 @@
+"""The farm at work: it owns the clock and the channel, and carries out what the scheduler decides.
+
+One thread does everything, the one that drives the engine. The transport's threads, the supervisor and people only
+put things into its inbox. Nothing here waits for a worker: a frame is published or it is lost, and what is lost
+comes back as a token that disappears or a deadline that passes.
+"""
+
+import logging
+import os
+import socket
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from tramnet_master.errors import RunFailed
+from tramnet_master.farm import events
+from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
+from tramnet_master.farm.events import Instruction, Tram
+from tramnet_master.farm.membership import Member, Membership
+from tramnet_master.farm.reception import House, Reception
+from tramnet_master.farm.scheduler import Scheduler
+from tramnet_protocol.channel import Channel, Lane, Query
+from tramnet_protocol.codec import Frame, Header, decode, encode
+from tramnet_protocol.errors import MalformedFrame, UnknownKey
+from tramnet_protocol.exchange import Exchange, Identity
+from tramnet_protocol.inbox import Inbox
+from tramnet_protocol.keys import Keys, parse
+from tramnet_protocol.messages import (
+    NOBODY,
+    ROOT,
+    ControlReply,
+    ControlRequest,
+    Evaluated,
+    Event,
+    Evolved,
+    Failed,
+    Kind,
+    Message,
+    Outcome,
+    Stats,
+    Stop,
+    Tracked,
+    Work,
+    WorkId,
+)
+from tramnet_workers.node.supervisor import Ended
+
+HEARTBEAT = 1.0
+"""Period of the root's own statistics [s]."""
+
+TICK = 0.25
+"""Longest time between two looks at the deadlines, however much arrives [s]."""
+
+_log = logging.getLogger(__name__)
+
+
+class FrameArrived(NamedTuple):
+    """A payload on a link topic."""
+
+    key: str
+    payload: bytes
+
+
+class HeartbeatArrived(NamedTuple):
+    """A payload on a statistics topic."""
+
+    key: str
+    payload: bytes
+
+
+class TokenChanged(NamedTuple):
+    """A token has appeared or disappeared."""
+
+    key: str
+    alive: bool
+
+
+class JoinAsked(NamedTuple):
+    """A worker asks for a seat."""
+
+    query: Query
+
+
+class ControlAsked(NamedTuple):
+    """Somebody steers."""
+
+    query: Query
+
+
+class Woken(NamedTuple):
+    """Look up: something outside has changed."""
+
+
+Item = FrameArrived | HeartbeatArrived | TokenChanged | JoinAsked | ControlAsked | Ended | Woken
+
+
+@dataclass(frozen=True)
+class Hands:
+    """What the farm has others do.
+
+    Attributes:
+        replace: Has the supervisor of a worker end it and start another.
+        steer: Does what somebody at the control topic asks.
+        tell: Takes a line for people.
+    """
+
+    replace: Callable[[Member, str], None]
+    steer: Callable[[ControlRequest], ControlReply]
+    tell: Callable[[str], None]
+
+
+class Farm:
+    """One run's workers, seen from the engine: work in, outcomes out.
+
+    Args:
+        channel: The root's end of the network.
+        keys: Keys of the network.
+        house: What joining workers are told and expected to be.
+        topology: Shape the TRAMs are wired in.
+        scheduler: Decides.
+        hands: What others do for the farm.
+
+    Attributes:
+        inbox: Where everything arrives.
+        membership: The seats.
+        reception: Who was let in and who was not.
+        lost: Number of workers lost while live.
+        condemned: Work given up, in the order of giving up, with the reason.
+        compute_seconds: Compute time of all accepted answers [s].
+        waited_seconds: Time the engine waited for outcomes [s].
+    """
+
+    def __init__(
+        self,
+        channel: Channel,
+        keys: Keys,
+        house: House,
+        topology: str,
+        scheduler: Scheduler,
+        hands: Hands,
+    ) -> None:
+        self.inbox: Inbox[Item] = Inbox()
+        self.membership = Membership(topology, house.root_incarnation)
+        self.reception = Reception(house, self.membership)
+        self.lost = 0
+        self.condemned: list[tuple[WorkId, str]] = []
+        self.compute_seconds = 0.0
+        self.waited_seconds = 0.0
+        self._channel = channel
+        self._keys = keys
+        self._hands = hands
+        self._scheduler = scheduler
+        identity = Identity(house.run, ROOT, house.root_incarnation)
+        self._exchange = Exchange(keys, identity, self.membership.wiring)
+        self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
+        self._resolved: deque[tuple[Work, Outcome]] = deque()
+        self._arrived: Outcome | None = None  # the outcome whose instructions are carried out
+        self._started = time.monotonic()
+        self._next_heartbeat = self._started
+        self._next_tick = self._started
+        self._evaluations = 0
+        self._chunks = 0
+        self._interrupted = False
+
+    def open(self) -> None:
+        """Begin to listen and show presence."""
+        inbox, keys, channel = self.inbox, self._keys, self._channel
+        channel.subscribe(
+            keys.links_to(ROOT),
+            lambda key, payload: inbox.put_from(key, len(payload), FrameArrived(key, payload)),
+        )
+        channel.subscribe(
+            keys.all_stats,
+            lambda key, payload: inbox.put_from(key, len(payload), HeartbeatArrived(key, payload)),
+        )
+        channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
+        channel.serve(
+            keys.join,
+            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
+        )
+        channel.serve(
+            keys.control,
+            lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
+        )
+        channel.declare_token(keys.alive(ROOT))
+
+    def interrupt(self) -> None:
+        """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
+        self._interrupted = True
+        self.inbox.put(Woken())
+
+    def submit(self, work: Work) -> None:
+        """Have a piece of work done."""
+        collection = open_collection(work)
+        self._open.setdefault(_place(work.work), []).append(collection)
+        self._handle(
+            events.WorkSubmitted(work.work, collection.bytes_each, collection.divisible, None)
+        )
+
+    def next_outcome(self) -> tuple[Work, Outcome] | None:
+        """Return the next finished work and its outcome, or None once interrupted.
+
+        Raises:
+            RunFailed: A work that cannot be done without was condemned.
+        """
+        began = time.perf_counter()
+        while not self._resolved and not self._interrupted:
+            self._turn()
+        self.waited_seconds += time.perf_counter() - began
+        return self._resolved.popleft() if self._resolved else None
+
+    def wait_for(self, condition: Callable[[], bool], seconds: float) -> bool:
+        """Go on until a condition holds or the time is over; return whether it holds."""
+        end = time.monotonic() + seconds
+        while not condition() and time.monotonic() < end and not self._interrupted:
+            self._turn(end - time.monotonic())
+        return condition()
+
+    def announce(self, name: str, detail: Mapping[str, object]) -> None:
+        """Publish an event for dashboards; nobody is waited for."""
+        event = Event(name, time.monotonic() - self._started, dict(detail))
+        self._publish(self._keys.events, event, Lane.TELEMETRY)
+
+    def dismiss(self, reason: str) -> None:
+        """Tell every worker to end."""
+        for member in self.membership.live:
+            self._send(member.tram, Stop(reason))
+
+    def status(self) -> dict[str, object]:
+        """Return what a dashboard needs to know of the workers and links."""
+        now = time.monotonic()
+        return {
+            "network": self._keys.network,
+            "topology": self.membership.wiring.topology,
+            "epoch": self.membership.wiring.epoch,
+            "uptime": now - self._started,
+            "lost": self.lost,
+            "refused": self.reception.refused,
+            "malformed": self._exchange.malformed,
+            "foreign": self._exchange.foreign,
+            "dropped": {reason.name.lower(): n for reason, n in self._scheduler.dropped.items()},
+            "over_credit": sum(self.inbox.dropped.values()),
+            "workers": [_describe(member, now) for member in self.membership.members],
+        }
+
+    # One turn of the loop.
+
+    def _turn(self, patience: float = TICK) -> None:
+        now = time.monotonic()
+        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_heartbeat - now)))
+        if item is not None:
+            self._take(item)
+        now = time.monotonic()
+        if self.inbox.empty or now >= self._next_tick:
+            due = self._scheduler.next_time()
+            if due is not None and due <= now:
+                self._handle(events.Tick())
+            self._next_tick = now + TICK
+        if now >= self._next_heartbeat:
+            self._next_heartbeat = now + HEARTBEAT
+            self._publish(self._keys.stats(ROOT), self._stats(now), Lane.TELEMETRY)
+
+    def _take(self, item: Item) -> None:
+        match item:
+            case FrameArrived(key, payload):
+                frame = self._exchange.incoming(key, payload)
+                if frame is not None:
+                    self._take_frame(frame)
+            case HeartbeatArrived(key, payload):
+                self._take_heartbeat(key, payload)
+            case TokenChanged(key, alive):
+                self._take_token(key, alive)
+            case JoinAsked(query):
+                self._take_join(query)
+            case ControlAsked(query):
+                query.reply(self.reception.control(query.payload, self._hands.steer))
+            case Ended():
+                self._take_end(item)
+
+    def _take_frame(self, frame: Frame) -> None:
+        tram = Tram(frame.header.source, frame.header.source_incarnation)
+        try:
+            message = frame.message()
+        except MalformedFrame as error:
+            self._exchange.malformed += 1
+            _log.warning("dropped a frame of TRAM %d: %s", tram.seat, error)
+            return
+        match message:
+            case Evaluated() | Evolved() | Tracked():
+                self._take_outcome(tram, message)
+            case Failed():
+                self._handle(events.Raised(tram, message.work, message.error))
+            case _:
+                self._exchange.foreign += 1
+
+    def _take_outcome(self, tram: Tram, outcome: Outcome) -> None:
+        collection = self._find(outcome.work)
+        if collection is None:  # closed long ago: the scheduler counts it
+            self._handle(events.Answered(tram, outcome.work, outcome.seconds))
+            return
+        try:
+            bad = collection.inspect(outcome)
+        except WrongOutcome as error:
+            self._handle(events.Raised(tram, outcome.work, str(error)))
+            return
+        self._arrived = outcome
+        self._handle(events.Answered(tram, outcome.work, outcome.seconds, bad))
+        self._arrived = None
+
+    def _take_heartbeat(self, key: str, payload: bytes) -> None:
+        try:
+            seat = parse(key).seats[0]
+            message = decode(payload).message() if seat != ROOT else None
+        except (MalformedFrame, UnknownKey):
+            self._exchange.malformed += 1
+            return
+        if isinstance(message, Stats) and message.seat == seat:
+            self.membership.heard(message, time.monotonic())
+
+    def _take_token(self, key: str, alive: bool) -> None:
+        seat = parse(key).seats[0]
+        if seat == ROOT:
+            return
+        if alive:
+            member = self.membership.appeared(seat)
+            if member is not None:
+                self._tell_joined(member)
+                self._handle(events.WorkerReady(member.tram))
+            return
+        member = self.membership.vanished(seat)
+        if member is not None:
+            self._lose(member)
+
+    def _take_join(self, query: Query) -> None:
+        answer, member = self.reception.join(query.payload, time.monotonic())
+        if member is not None:
+            self._exchange.forget(member.tram.seat)
+            self._rewire()
+        query.reply(answer)
+
+    def _take_end(self, ended: Ended) -> None:
+        """Free at once the seat of a local process that ended before its token appeared."""
+        self.membership.abandon(ended.pid, socket.gethostname())
+
+    # What the scheduler decides.
+
+    def _handle(self, event: events.Event) -> None:
+        for instruction in self._scheduler.handle(event, time.monotonic()):
+            self._carry_out(instruction)
+
+    def _carry_out(self, instruction: Instruction) -> None:
+        match instruction:
+            case events.Send(tram, work):
+                self._send(tram, self._collection(work).chunk(work))
+            case events.Accept(_, work, part):
+                assert self._arrived is not None, "only an arriving outcome is accepted"
+                self._collection(work).accept(self._arrived, part)
+                self._evaluations += part.size
+                self._chunks += 1
+            case events.Resolved(work):
+                self._resolve(work)
+            case events.Condemn(work, reason):
+                self._condemn(work, reason)
+            case events.Replace(tram, cause, _):
+                self._replace(tram, cause.value)
+            case events.Waiting():
+                self._hands.tell("no worker: waiting for one to join")
+                self.announce("waiting", {})
+            case events.Resumed():
+                self.announce("resumed", {})
+            case events.Drop(tram, _, reason):
+                _log.info("dropped an answer of TRAM %d: %s", tram.seat, reason.value)
+            case events.Orphaned(work, tram):
+                raise AssertionError(f"{work} was never bound to {tram}")
+
+    def _resolve(self, work: WorkId) -> None:
+        collections = self._open[_place(work)]
+        collection = next(found for found in collections if found.work.work == work)
+        collections.remove(collection)
+        if not collections:
+            del self._open[_place(work)]
+        self.compute_seconds += collection.seconds
+        self._resolved.append((collection.work, collection.outcome()))
+
+    def _condemn(self, work: WorkId, reason: str) -> None:
+        self.condemned.append((work, reason))
+        self._hands.tell(f"gave up {_describe_work(work)}: {reason}")
+        collection = self._collection(work)
+        if not collection.divisible:
+            raise RunFailed(f"{_describe_work(work)} cannot be computed: {reason}")
+        collection.condemn(work)
+
+    def _replace(self, tram: Tram, cause: str) -> None:
+        member = self.membership.find(tram)
+        if member is None:
+            return
+        self._hands.tell(f"TRAM {tram.seat} is replaced: {cause}")
+        self.announce("replace", {"seat": tram.seat, "pid": member.request.pid, "cause": cause})
+        self._hands.replace(member, cause)
+
+    # Workers and wires.
+
+    def _lose(self, member: Member) -> None:
+        self.lost += 1
+        self._hands.tell(f"TRAM {member.tram.seat} is lost")
+        self.announce("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
+        self._rewire()
+        self._handle(events.WorkerLost(member.tram))
+
+    def _tell_joined(self, member: Member) -> None:
+        detail = {
+            "seat": member.tram.seat,
+            "incarnation": member.tram.incarnation,
+            "host": member.request.host,
+            "pid": member.request.pid,
+            "live": len(self.membership.live),
+        }
+        self.announce("joined", detail)
+
+    def _rewire(self) -> None:
+        wiring = self.membership.wiring
+        self._exchange.rewire(wiring)
+        for member in self.membership.live:
+            self._publish(self._keys.wiring(member.tram.seat), wiring, Lane.CONTROL)
+
+    def _send(self, tram: Tram, message: Message) -> None:
+        key, payload = self._exchange.outgoing(tram, message)
+        self._channel.publish(key, payload, Lane.LINK)
+
+    def _publish(self, key: str, message: Message, lane: Lane) -> None:
+        identity = self._exchange.identity
+        header = Header(
+            run=identity.run,
+            epoch=self.membership.wiring.epoch,
+            source=identity.seat,
+            source_incarnation=identity.incarnation,
+            destination=NOBODY,
+        )
+        self._channel.publish(key, encode(header, message), lane)
+
+    def _stats(self, now: float) -> Stats:
+        identity = self._exchange.identity
+        return Stats(
+            seat=ROOT,
+            incarnation=identity.incarnation,
+            state="waiting" if not self.membership.live else "running",
+            uptime=now - self._started,
+            busy=max(0.0, now - self._started - self.waited_seconds),
+            blocked=0.0,
+            evaluations=self._evaluations,
+            chunks=self._chunks,
+            queued=0,
+            malformed=self._exchange.malformed,
+            links=tuple(self._exchange.counters()),
+            pid=os.getpid(),
+            host=socket.gethostname(),
+        )
+
+    def _find(self, work: WorkId) -> Collection | None:
+        for collection in self._open.get(_place(work), ()):
+            whole = collection.work.work
+            if whole.first <= work.first and work.last <= whole.last:
+                return collection
+        return None
+
+    def _collection(self, work: WorkId) -> Collection:
+        found = self._find(work)
+        assert found is not None, f"{work} is not open"
+        return found
+
+
+def _place(work: WorkId) -> tuple[Kind, int, int]:
+    return work.kind, work.population, work.step
+
+
+def _describe_work(work: WorkId) -> str:
+    what = {Kind.EVALUATE: "individual", Kind.EVOLVE: "population", Kind.TRACK: "point"}[work.kind]
+    which = f"{work.first}" if work.size == 1 else f"{work.first} to {work.last - 1}"
+    return f"{what} {which} of generation {work.step}"
+
+
+def _describe(member: Member, now: float) -> dict[str, object]:
+    return {
+        "seat": member.tram.seat,
+        "incarnation": member.tram.incarnation,
+        "live": member.live,
+        "host": member.request.host,
+        "pid": member.request.pid,
+        "heard_ago": now - member.heard if member.stats is not None else None,
+    }

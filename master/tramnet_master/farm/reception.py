@@ -1,0 +1,139 @@
+"""Answers whoever comes to the root: workers that ask for a seat, and people who steer."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tramnet_master.farm.membership import Member, Membership
+from tramnet_protocol.codec import Header, decode, encode
+from tramnet_protocol.errors import BadTopology, MalformedFrame
+from tramnet_protocol.messages import (
+    PROTOCOL_VERSION,
+    ControlReply,
+    ControlRequest,
+    JoinReply,
+    JoinRequest,
+    Message,
+    Refusal,
+    Setup,
+)
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class House:
+    """What the root tells everybody who joins, and what it expects of them.
+
+    Attributes:
+        run: Number of the run.
+        root_incarnation: Incarnation of the root.
+        setup: The problem.
+        fingerprint: Fingerprint of the root's own arithmetic.
+        allow_mixed: Whether workers of another fingerprint are let in.
+    """
+
+    run: int
+    root_incarnation: int
+    setup: Setup
+    fingerprint: str
+    allow_mixed: bool = False
+
+
+class Reception:
+    """Lets workers in or says why not.
+
+    Args:
+        house: What is told and expected.
+        membership: The seats.
+
+    Attributes:
+        mixed: Whether a worker of another fingerprint was let in.
+        refused: Number of workers turned away.
+    """
+
+    def __init__(self, house: House, membership: Membership) -> None:
+        self._house = house
+        self._membership = membership
+        self.mixed = False
+        self.refused = 0
+
+    def join(self, payload: bytes, now: float) -> tuple[bytes, Member | None]:
+        """Answer a worker that asks for a seat.
+
+        Args:
+            payload: Its question.
+            now: Monotonic time [s].
+
+        Returns:
+            The answer, and the member it made, if it made one.
+        """
+        try:
+            request = decode(payload).message()
+        except MalformedFrame as error:
+            return self._refuse(str(error))
+        if not isinstance(request, JoinRequest):
+            return self._refuse(f"found a {type(request).__name__}, expected a JoinRequest")
+        reason = self._objection(request)
+        if reason:
+            return self._refuse(reason)
+        try:
+            member = self._membership.admit(request, now)
+        except BadTopology as error:
+            return self._refuse(str(error), final=False)
+        reply = JoinReply(
+            self._house.run,
+            member.tram.seat,
+            member.tram.incarnation,
+            self._house.root_incarnation,
+            self._membership.wiring,
+            self._house.setup,
+        )
+        return self._frame(reply), member
+
+    def control(self, payload: bytes, act: Callable[[ControlRequest], ControlReply]) -> bytes:
+        """Answer somebody who steers.
+
+        Args:
+            payload: The question.
+            act: Does what is asked and returns what to say; raises ValueError to refuse.
+        """
+        try:
+            request = decode(payload).message()
+            if not isinstance(request, ControlRequest):
+                raise ValueError(f"found a {type(request).__name__}, expected a ControlRequest")
+            return self._frame(act(request))
+        except (MalformedFrame, ValueError) as error:
+            return self._frame(Refusal(str(error), final=True))
+
+    def _objection(self, request: JoinRequest) -> str:
+        if request.protocol != PROTOCOL_VERSION:
+            return (
+                f"found protocol version {request.protocol}, expected {PROTOCOL_VERSION}; "
+                "install the same tramnet on all nodes"
+            )
+        if request.fingerprint == self._house.fingerprint:
+            return ""
+        if self._house.allow_mixed:
+            self.mixed = True
+            _log.warning("%s computes differently: the result is not reproducible", request.host)
+            return ""
+        return (
+            f"found the arithmetic fingerprint {request.fingerprint[:16]}, expected "
+            f"{self._house.fingerprint[:16]}: this machine computes other last digits than the root's; "
+            "use the same versions and kind of processor, or start the root with --allow-mixed"
+        )
+
+    def _refuse(self, reason: str, final: bool = True) -> tuple[bytes, None]:
+        self.refused += 1
+        _log.warning("turned a worker away: %s", reason)
+        return self._frame(Refusal(reason, final)), None
+
+    def _frame(self, message: Message) -> bytes:
+        header = Header(
+            run=self._house.run,
+            epoch=self._membership.wiring.epoch,
+            source=0,
+            source_incarnation=self._house.root_incarnation,
+        )
+        return encode(header, message)

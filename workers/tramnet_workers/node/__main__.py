@@ -1,0 +1,37 @@
+"""The worker process: ``python -m tramnet_workers.node``, started by a supervisor."""
+
+import argparse
+import functools
+import logging
+import os
+import signal
+import sys
+
+from tramnet_protocol.transport import open_worker
+from tramnet_workers.node.lifeline import hold_on_to_parent
+from tramnet_workers.node.service import Home, Service
+
+
+def main() -> int:
+    """Run one worker; return its exit status: 0 told to end, 1 failed."""
+    parser = argparse.ArgumentParser(prog="python -m tramnet_workers.node", description=__doc__)
+    parser.add_argument("--connect", required=True, help="endpoint of the root")
+    parser.add_argument("--network", required=True, help="name of the network")
+    parser.add_argument("--supervisor", required=True, help="name of whoever started this")
+    parser.add_argument("--patience", type=float, default=10.0, help="seconds to look for a root")
+    arguments = parser.parse_args()
+    logging.basicConfig(
+        level=os.environ.get("TRAMNET_LOG", "WARNING").upper(),
+        format=f"worker {os.getpid()}: %(message)s",
+    )
+    # Ctrl-C is the root's affair: it tells its workers to end, or goes and takes them along.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    hold_on_to_parent(lambda: os._exit(0))
+    connect = functools.partial(open_worker, arguments.connect)
+    service = Service(Home(arguments.network, arguments.supervisor, arguments.patience, connect))
+    signal.signal(signal.SIGTERM, lambda *_: service.stop("terminated"))
+    return service.run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,386 @@
+"""A worker process: it owns the socket, the clock and two threads, and does what ``states.py`` decides.
+
+The *post* thread lives on the network: it finds the root, asks for a seat, takes frames in, sends the heartbeat
+and notices that the root is gone. The main thread computes and sends its answers itself. So a worker that computes
+still answers for its presence, and one whose interpreter hangs falls silent.
+"""
+
+import logging
+import os
+import queue
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import NamedTuple
+
+from tramnet_protocol.channel import Channel, Lane
+from tramnet_protocol.codec import Header, decode, encode
+from tramnet_protocol.errors import CannotConnect, MalformedFrame, NoAnswer, RemoteProtocolError
+from tramnet_protocol.exchange import Exchange, Identity
+from tramnet_protocol.inbox import Inbox
+from tramnet_protocol.keys import Keys
+from tramnet_protocol.messages import (
+    NOBODY,
+    PROTOCOL_VERSION,
+    ROOT,
+    Evaluate,
+    Evolve,
+    Failed,
+    JoinReply,
+    JoinRequest,
+    Outcome,
+    Refusal,
+    Stats,
+    Stop,
+    Track,
+    Wiring,
+    Work,
+)
+from tramnet_workers.kernels.fingerprint import kernel_fingerprint
+from tramnet_workers.node import states
+from tramnet_workers.node.evaluator import Evaluator
+from tramnet_workers.node.states import Membership, WorkerStates
+
+HEARTBEAT = 1.0
+"""Period of the heartbeat [s]."""
+
+RETRY = 0.2
+"""Pause between two attempts to reach a root [s]."""
+
+JOIN_TIMEOUT = 5.0
+"""Longest wait for the answer to a question for a seat [s]."""
+
+_log = logging.getLogger(__name__)
+
+
+class Arrived(NamedTuple):
+    """A payload on a topic."""
+
+    key: str
+    payload: bytes
+
+
+class RootVanished(NamedTuple):
+    """The root's token has disappeared."""
+
+
+class Wanted(NamedTuple):
+    """Somebody wants this process to end."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Home:
+    """Where a worker belongs.
+
+    Attributes:
+        network: Name of the network.
+        supervisor: Name of the supervisor that can replace this process.
+        patience: How long to look for a root before giving up [s].
+        connect: Opens a channel to the root; raises CannotConnect where there is none.
+    """
+
+    network: str
+    supervisor: str
+    patience: float
+    connect: Callable[[], Channel]
+
+
+@dataclass(slots=True)
+class _Tally:
+    busy: float = 0.0
+    blocked: float = 0.0
+    evaluations: int = 0
+    chunks: int = 0
+
+
+class Service:
+    """One worker.
+
+    Args:
+        home: Where it belongs.
+    """
+
+    def __init__(self, home: Home) -> None:
+        self._home = home
+        self._keys = Keys(home.network)
+        self._inbox: Inbox[Arrived | RootVanished | Wanted] = Inbox()
+        self._tasks: queue.SimpleQueue[states.Build | states.Start | states.Leave] = (
+            queue.SimpleQueue()
+        )
+        self._deciding = threading.Lock()  # the states, and in which order instructions follow
+        self._sending = threading.Lock()  # the exchange: a frame's number and its place on the link
+        self._gone = threading.Event()  # ends a pause
+        self._states = WorkerStates()
+        self._tally = _Tally()
+        self._host = socket.gethostname()
+        self._channel: Channel | None = None
+        self._exchange: Exchange | None = None
+
+    def run(self) -> int:
+        """Work until told to end; return the exit status of the process."""
+        post = threading.Thread(target=self._post, name="post", daemon=True)
+        post.start()
+        status = self._compute()
+        self.stop("the worker has ended")
+        post.join()
+        return status
+
+    def stop(self, reason: str) -> None:
+        """Have the worker end; may be called from any thread."""
+        self._inbox.put(Wanted(reason))
+        self._gone.set()
+
+    # The main thread: computing.
+
+    def _compute(self) -> int:
+        evaluator: Evaluator | None = None
+        while True:
+            task = self._tasks.get()
+            match task:
+                case states.Leave(reason, failed):
+                    (_log.error if failed else _log.info)("leaving: %s", reason)
+                    return 1 if failed else 0
+                case states.Build(membership, setup):
+                    try:
+                        evaluator = Evaluator(setup)
+                    except Exception as error:  # a user's problem may raise anything
+                        _log.exception("cannot build problem %s", setup.problem)
+                        self._apply(states.BuildFailed(membership, _words(error)))
+                    else:
+                        self._apply(states.Built(membership))
+                case states.Start(membership, work):
+                    assert evaluator is not None, "work comes after the problem is built"
+                    self._apply(states.Finished(membership, self._evaluate(evaluator, work)))
+
+    def _evaluate(self, evaluator: Evaluator, work: Work) -> Outcome | Failed:
+        began = time.perf_counter()
+        try:
+            answer: Outcome | Failed = evaluator.compute(work)
+        except Exception as error:  # a user's problem may raise anything
+            _log.exception("work %s failed", work.work)
+            answer = Failed(work.work, _words(error), time.perf_counter() - began)
+        self._tally.busy += time.perf_counter() - began
+        self._tally.chunks += 1
+        self._tally.evaluations += work.work.size
+        return answer
+
+    # Both threads.
+
+    def _apply(self, event: states.Event) -> bool:
+        """Carry out what follows from an event; return whether a root must be looked for."""
+        rejoin = False
+        with self._deciding:
+            instructions = self._states.handle(event)
+            for instruction in instructions:
+                if isinstance(instruction, states.Build | states.Start | states.Leave):
+                    self._tasks.put(instruction)
+        for instruction in instructions:
+            match instruction:
+                case states.Answer(_, answer):
+                    self._send(answer)
+                case states.Announce(membership):
+                    assert self._channel is not None
+                    self._channel.declare_token(self._keys.alive(membership.seat))
+                case states.Reject(work, why):
+                    _log.info("dropped %s: %s", work, why.value)
+                case states.Rejoin():
+                    rejoin = True
+        return rejoin
+
+    def _send(self, answer: Outcome | Failed) -> None:
+        began = time.perf_counter()
+        with self._sending:
+            if self._channel is None or self._exchange is None:
+                return  # the root that asked is gone
+            root = (ROOT, self._exchange.wiring.incarnations[ROOT])
+            key, payload = self._exchange.outgoing(root, answer)
+            self._channel.publish(key, payload, Lane.LINK)
+        self._tally.blocked += time.perf_counter() - began
+
+    # The post thread: the network.
+
+    def _post(self) -> None:
+        try:
+            while self._visit():
+                pass
+        except Exception as error:
+            _log.exception("the post has failed")
+            self._tasks.put(states.Leave(_words(error), failed=True))
+
+    def _visit(self) -> bool:
+        """Find a root, serve it until it is gone; return whether to look for another."""
+        deadline = time.monotonic() + self._home.patience
+        while True:
+            if self._is_stopped():
+                return False
+            try:
+                with self._home.connect() as channel:
+                    if self._join(channel):
+                        return self._serve(channel)
+            except (CannotConnect, NoAnswer) as error:
+                reason = str(error)
+            else:
+                reason = "the root has no seat for this worker now"
+            if self._states.phase is states.Phase.GONE:
+                return False
+            if time.monotonic() >= deadline:
+                reason = f"no root for {self._home.patience:g} s: {reason}"
+                self._tasks.put(states.Leave(reason, failed=True))
+                return False
+            self._gone.wait(RETRY)
+
+    def _is_stopped(self) -> bool:
+        """Forget what the last root sent, and return whether this process is to end."""
+        while (item := self._inbox.get(0)) is not None:
+            if isinstance(item, Wanted):
+                self._apply(states.StopReceived(item.reason))
+        return self._states.phase is states.Phase.GONE
+
+    def _join(self, channel: Channel) -> bool:
+        request = JoinRequest(
+            PROTOCOL_VERSION,
+            version("tramnet"),
+            kernel_fingerprint(),
+            self._host,
+            os.getpid(),
+            self._home.supervisor,
+        )
+        reply = decode(
+            channel.ask(self._keys.join, encode(Header(), request), JOIN_TIMEOUT)
+        ).message()
+        if isinstance(reply, Refusal):
+            if reply.final:
+                self._tasks.put(states.Leave(f"the root refuses: {reply.reason}", failed=True))
+                self._apply(states.StopReceived(reply.reason))
+            return False
+        if not isinstance(reply, JoinReply):
+            raise MalformedFrame(f"found {type(reply).__name__} for an answer to join")
+        membership = Membership(reply.root_incarnation, reply.seat, reply.incarnation)
+        with self._sending:
+            identity = Identity(reply.run, reply.seat, reply.incarnation)
+            self._exchange = Exchange(self._keys, identity, reply.wiring)
+            self._channel = channel
+        for pattern in (self._keys.links_to(reply.seat), self._keys.wiring(reply.seat)):
+            channel.subscribe(pattern, self._enqueue)
+        channel.watch_tokens(self._keys.alive(ROOT), self._watch_root)
+        self._apply(states.Joined(membership, reply.setup))
+        return True
+
+    def _enqueue(self, key: str, payload: bytes) -> None:
+        self._inbox.put_from(key, len(payload), Arrived(key, payload))
+
+    def _watch_root(self, _: str, alive: bool) -> None:
+        if not alive:
+            self._inbox.put(RootVanished())
+
+    def _serve(self, channel: Channel) -> bool:
+        """Take in what arrives; return whether to look for another root."""
+        started = time.monotonic()
+        next_heartbeat = started
+        try:
+            while True:
+                item = self._inbox.get(next_heartbeat - time.monotonic())
+                match item:
+                    case Arrived(key, payload):
+                        self._take(key, payload)
+                    case RootVanished():
+                        return self._apply(states.RootLost())
+                    case Wanted(reason):
+                        self._apply(states.StopReceived(reason))
+                if self._states.phase is states.Phase.GONE:
+                    return False
+                now = time.monotonic()
+                if now >= next_heartbeat:
+                    next_heartbeat = now + HEARTBEAT
+                    self._send_heartbeat(channel, now - started)
+        except RemoteProtocolError:
+            _log.exception("lost the root")
+            return self._apply(states.RootLost())
+        finally:
+            with self._sending:
+                self._channel = None
+                self._exchange = None
+
+    def _take(self, key: str, payload: bytes) -> None:
+        if key == self._keys.wiring(self._seat):
+            self._take_wiring(payload)
+            return
+        assert self._exchange is not None
+        frame = self._exchange.incoming(key, payload)
+        if frame is None:
+            return
+        try:
+            message = frame.message()
+        except MalformedFrame as error:
+            self._exchange.malformed += 1
+            _log.warning("dropped a frame of the root: %s", error)
+            return
+        header = frame.header
+        if header.source != ROOT:
+            self._exchange.foreign += 1
+            return
+        membership = Membership(
+            header.source_incarnation, header.destination, header.destination_incarnation
+        )
+        match message:
+            case Evaluate() | Evolve() | Track():
+                self._apply(states.WorkReceived(membership, message))
+            case Stop(reason):
+                self._apply(states.StopReceived(reason))
+            case _:
+                self._exchange.foreign += 1
+
+    def _take_wiring(self, payload: bytes) -> None:
+        assert self._exchange is not None
+        try:
+            wiring = decode(payload).message()
+        except MalformedFrame:
+            self._exchange.malformed += 1
+            return
+        if isinstance(wiring, Wiring) and wiring.epoch > self._exchange.wiring.epoch:
+            with self._sending:
+                self._exchange.rewire(wiring)
+
+    @property
+    def _seat(self) -> int:
+        assert self._exchange is not None
+        return self._exchange.identity.seat
+
+    def _send_heartbeat(self, channel: Channel, uptime: float) -> None:
+        exchange = self._exchange
+        assert exchange is not None
+        identity, tally = exchange.identity, self._tally
+        with self._sending:
+            links = tuple(exchange.counters())
+        stats = Stats(
+            seat=identity.seat,
+            incarnation=identity.incarnation,
+            state="busy" if self._states.running is not None else "idle",
+            uptime=uptime,
+            busy=tally.busy,
+            blocked=tally.blocked,
+            evaluations=tally.evaluations,
+            chunks=tally.chunks,
+            queued=max(0, len(self._states.held) - 1),
+            malformed=exchange.malformed,
+            links=links,
+            pid=os.getpid(),
+            host=self._host,
+        )
+        header = Header(
+            run=identity.run,
+            epoch=exchange.wiring.epoch,
+            source=identity.seat,
+            source_incarnation=identity.incarnation,
+            destination=NOBODY,
+        )
+        channel.publish(self._keys.stats(identity.seat), encode(header, stats), Lane.TELEMETRY)
+
+
+def _words(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"[:4000]
