@@ -28,7 +28,8 @@ Floats = NDArray[np.float64]
 _LEAST_INERTIA = 1e-9
 _NEWTON_STEPS = 100
 _CLOSE = 1e-13  # relative step at which Newton has arrived
-_UNLIMITED = 1e12  # squared path speed [1/s^2] where Newton starts when nothing nearer is known
+_UNLIMITED = 1e12  # squared path speed [1/s^2] beyond which nothing is looked for
+_SLOW = 1e-6  # and the one with which the search for a bound begins
 _SLOPE, _LOW, _HIGH = 0, 1, 2
 
 
@@ -127,19 +128,19 @@ def _highest(strip: Floats, guess: float) -> float:
     """Return the largest squared speed that leaves a feasible u, or -inf."""
     x = guess
     low, high, growth = _between(strip, x)
-    if growth >= 0.0:  # the feasible speeds end further to the right, if anywhere
-        x = _UNLIMITED
+    # While the gap does not shrink, the feasible speeds end further to the right, if anywhere. One
+    # far leap would not do: Newton's rounding is that of the largest speed it has seen.
+    while growth >= 0.0 and x < _UNLIMITED:
+        x = max(4.0 * x, _SLOW)
         low, high, growth = _between(strip, x)
+    for _ in range(_NEWTON_STEPS):
         if growth >= 0.0:
             return x if high >= low else -np.inf
-    for _ in range(_NEWTON_STEPS):
         step = (high - low) / growth
         x -= step
-        low, high, growth = _between(strip, x)
-        if abs(step) <= _CLOSE * abs(x) or (growth >= 0.0 and high >= low):
+        if abs(step) <= _CLOSE * abs(x):
             break
-        if growth >= 0.0:
-            return -np.inf
+        low, high, growth = _between(strip, x)
     return x
 
 
