@@ -28,9 +28,9 @@ def kernel(function: F) -> F:
 
 
 def device(function: F) -> F:
-    """Compile a function that only kernels call, and put its code in place of each call.
+    """Compile a function whose code takes the place of each call in a kernel.
 
-    LLVM vectorises no loop that still contains a call.
+    LLVM vectorises no loop that still contains a call, and a call with arrays counts references.
     """
     compiled = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)(function)
     return cast(F, compiled)

@@ -190,7 +190,8 @@ def _frozen(name: str, values: object, shape: tuple[int, ...]) -> Array:
 
 def _is_symmetric(inertia: Array) -> NDArray[np.bool_]:
     lopsided: Array = np.abs(inertia - inertia.transpose(0, 2, 1)).max(axis=(1, 2))
-    return lopsided <= 1e-9 * np.abs(inertia).max(axis=(1, 2))  # leave room for rounding
+    scale: Array = np.abs(inertia).max(axis=(1, 2))
+    return np.less_equal(lopsided, 1e-9 * scale)  # leave room for rounding
 
 
 def _require(passed: NDArray[np.bool_], owners: tuple[str, ...], what: str, complaint: str) -> None:
