@@ -89,7 +89,7 @@ class Allocation:
 
     def orphan(self, batch: Batch) -> None:
         """Let a batch whose state is lost wait for the engine; once, until it is submitted again."""
-        if batch.affinity is not None and not batch.parked:
+        if batch.open and batch.affinity is not None and not batch.parked:
             batch.parked = True
             self._turn.out.append(Orphaned(batch.work, batch.affinity))
 

@@ -104,11 +104,13 @@ class Hands:
         replace: Has the supervisor of a worker end it and start another.
         steer: Does what somebody at the control topic asks.
         tell: Takes a line for people.
+        give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
     """
 
     replace: Callable[[Member, str], None]
     steer: Callable[[ControlRequest], ControlReply]
     tell: Callable[[str], None]
+    give_up: Callable[[str], None]
 
 
 class Farm:
@@ -386,7 +388,7 @@ class Farm:
 
     def _condemn(self, work: WorkId, reason: str) -> None:
         self.condemned.append((work, reason))
-        self._hands.tell(f"gave up {_describe_work(work)}: {reason}")
+        self._hands.give_up(f"{_describe_work(work)}: {reason}")
         collection = self._collection(work)
         if not collection.divisible:
             raise RunFailed(f"{_describe_work(work)} cannot be computed: {reason}")
@@ -397,7 +399,13 @@ class Farm:
         if member is None:
             return
         self._hands.tell(f"TRAM {tram.seat} is replaced: {cause}")
-        self.announce("replace", {"seat": tram.seat, "pid": member.request.pid, "cause": cause})
+        detail = {
+            "seat": tram.seat,
+            "pid": member.request.pid,
+            "supervisor": member.request.supervisor,
+            "cause": cause,
+        }
+        self.announce("replace", detail)
         self._hands.replace(member, cause)
 
     # Workers and wires.

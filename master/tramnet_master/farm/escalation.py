@@ -32,7 +32,7 @@ def after_accident(piece: Piece, atomic: bool, error: str, rules: Rules) -> list
         return [Piece(first, middle, error=error), Piece(middle, last, error=error)]
     if not piece.suspect:
         return [Piece(first, last, 0, piece.resends + 1, suspect=True, error=error)]
-    return []
+    return _give_up(piece, error, rules)
 
 
 def after_error(piece: Piece, atomic: bool, error: str, rules: Rules) -> list[Piece]:
@@ -50,4 +50,13 @@ def after_error(piece: Piece, atomic: bool, error: str, rules: Rules) -> list[Pi
     failures = piece.failures + 1 if piece.suspect else 0
     if failures < rules.trials:
         return [Piece(first, last, failures, piece.resends, suspect=True, error=error)]
-    return []
+    return _give_up(piece, error, rules)
+
+
+def _give_up(piece: Piece, error: str, rules: Rules) -> list[Piece]:
+    if rules.condemn:
+        return []
+    again = Piece(
+        piece.first, piece.last, rules.trials - 1, piece.resends + 1, suspect=True, error=error
+    )
+    return [again]

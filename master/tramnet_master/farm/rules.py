@@ -16,6 +16,7 @@ class Rules(Struct, frozen=True):
         least_deadline: No deadline is shorter [s].
         slack: A chunk may take this many times its measured cost.
         trials: Failures before a chunk is bisected, put into a fresh process, or condemned.
+        condemn: Whether a suspect is ever given up; otherwise it is tried for as long as the run lasts.
     """
 
     credit_chunks: int = 2
@@ -26,3 +27,4 @@ class Rules(Struct, frozen=True):
     least_deadline: float = 3.0
     slack: float = 10.0
     trials: int = 3
+    condemn: bool = True

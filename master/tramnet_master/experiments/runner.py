@@ -1,0 +1,452 @@
+"""Makes a run: network, workers, engine, checkpoints and the end, in the one place where they meet."""
+
+import dataclasses
+import hashlib
+import itertools
+import os
+import secrets
+import signal
+import socket
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+
+import msgspec
+import numpy as np
+
+from tramnet_master import networks
+from tramnet_master.checkpoints import Checkpoint
+from tramnet_master.engines.engine import Engine
+from tramnet_master.errors import InvalidOption, NetworkTaken, RunFailed
+from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.farm.dispatcher import Farm, Hands
+from tramnet_master.farm.membership import Member
+from tramnet_master.farm.reception import House
+from tramnet_master.farm.rules import Rules
+from tramnet_master.farm.scheduler import Scheduler
+from tramnet_master.history import History
+from tramnet_master.progress import Outline, Progress
+from tramnet_master.results import BestFound, Result, versions
+from tramnet_master.run_folder import HISTORY, OpenRunFolder
+from tramnet_protocol.keys import Keys, check_network
+from tramnet_protocol.messages import ControlReply, ControlRequest
+from tramnet_protocol.transport import ZenohChannel, open_root
+from tramnet_workers.kernels.fingerprint import kernel_fingerprint
+from tramnet_workers.node.evaluator import Evaluator
+from tramnet_workers.node.supervisor import Ended, Supervisor
+
+ANNOUNCE_PERIOD = 0.1
+"""Shortest time between two announcements of a generation [s]."""
+
+START_UP = 60.0
+"""Longest wait for the first local worker before the clock of the run starts [s]."""
+
+DEFAULT_NETWORK = "tramnet"
+"""Name of a network whose user gave none."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How a run is made; none of it changes the result.
+
+    Attributes:
+        workers: Number of local workers.
+        topology: Shape of the network.
+        network: Name of the network, or None for any free one.
+        listen: Endpoint at which workers connect.
+        first_deadline: Time an individual may take before its cost is known [s].
+        on_failure: ``penalise``, ``retry`` or ``stop``.
+        allow_mixed: Whether workers of another arithmetic are let in.
+        checkpoint_seconds: Time between checkpoints [s].
+    """
+
+    workers: int = 2
+    topology: str = "star"
+    network: str | None = None
+    listen: str = "tcp/127.0.0.1:0"
+    first_deadline: float = 60.0
+    on_failure: str = "penalise"
+    allow_mixed: bool = False
+    checkpoint_seconds: float = 1.0
+
+    def rules(self) -> Rules:
+        """Return the scheduler's rules.
+
+        Raises:
+            InvalidOption: There is no such policy.
+        """
+        if self.on_failure not in ("penalise", "retry", "stop"):
+            raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
+        return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+
+
+class Interrupted(Exception):
+    """The run was asked to stop; its state is on disk if it had any.
+
+    Attributes:
+        folder: The run folder.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        super().__init__(f"interrupted; go on with: tramnet resume {folder}")
+
+
+def run(
+    experiment: Experiment,
+    options: RunOptions,
+    open_folder: Callable[[dict[str, object]], OpenRunFolder],
+    progress: Progress,
+) -> tuple[Path, Result]:
+    """Make a run, or go on with one whose folder has a checkpoint.
+
+    Args:
+        experiment: What to run.
+        options: How.
+        open_folder: Opens the run folder, given what its ``run.toml`` is to say.
+        progress: Where to show it.
+
+    Returns:
+        The run folder and the result.
+
+    Raises:
+        Interrupted: Somebody asked it to stop.
+    """
+    with ExitStack() as stack:
+        network, claim = stack.enter_context(_hold(options.network))
+        runtime = networks.runtime_folder()
+        observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
+        channel = stack.enter_context(open_root(network, [options.listen], observers))
+        folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
+        claim.announce(
+            networks.LiveNetwork(
+                network, channel.endpoint, observers, os.getpid(), str(folder.path.absolute())
+            )
+        )
+        root = Root(experiment, options, network, channel, folder, progress)
+        return folder.path, stack.enter_context(root).run()
+
+
+class Root:
+    """The root TRAM of one run.
+
+    Args:
+        experiment: What to run.
+        options: How.
+        network: Name of the network.
+        channel: Its end of the network.
+        folder: The run folder.
+        progress: Where to show it.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        options: RunOptions,
+        network: str,
+        channel: ZenohChannel,
+        folder: OpenRunFolder,
+        progress: Progress,
+    ) -> None:
+        self._experiment = experiment
+        self._options = options
+        self._network = network
+        self._channel = channel
+        self._folder = folder
+        self._progress = progress
+        self._name = f"{socket.gethostname()}-{os.getpid()}"
+        self._supervisor: Supervisor | None = None
+        self._before = _Past()  # what earlier parts of a resumed run have used up
+        self._began = 0.0
+        rules = options.rules()
+        house = House(
+            secrets.randbits(62),
+            int(time.time()),
+            experiment.setup,
+            kernel_fingerprint(),
+            options.allow_mixed,
+        )
+        hands = Hands(self._replace, self._steer, self._tell, self._give_up)
+        self._farm = Farm(channel, Keys(network), house, options.topology, Scheduler(rules), hands)
+
+    def __enter__(self) -> "Root":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._supervisor is not None:
+            self._farm.dismiss("the run is over")
+            self._supervisor.close()
+
+    def run(self) -> Result:
+        """Make the run; return its result.
+
+        Raises:
+            Interrupted: Somebody asked it to stop.
+        """
+        experiment, folder = self._experiment, self._folder
+        checkpoint = folder.checkpoints.load_latest()
+        if checkpoint is not None:
+            self._before = _Past.of(checkpoint)
+            saved = checkpoint.state["engine"]
+            assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
+            experiment.engine.restore(saved)
+        self._farm.open()
+        self._start_workers()
+        outline = Outline(
+            experiment.title,
+            experiment.generations,
+            experiment.engine.generation,
+            experiment.engine.evaluations,
+        )
+        with _signals(self._farm.interrupt):
+            self._progress.start(outline)
+            try:
+                with History(folder.path / HISTORY, experiment.engine.generation) as history:
+                    self._evolve(history)
+            finally:
+                self._progress.finish()
+            return self._conclude()
+
+    def _start_workers(self) -> None:
+        """Compile before launching, so that several workers do not compile the same at once."""
+        arguments = ["--connect", self._channel.endpoint, "--network", self._network]
+        arguments += ["--supervisor", self._name]
+        Evaluator(self._experiment.setup)
+        self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
+
+    def _evolve(self, history: History) -> None:
+        engine, farm = self._experiment.engine, self._farm
+        if not engine.finished and self._options.workers:
+            farm.wait_for(lambda: bool(farm.membership.live), START_UP)
+        self._began = time.monotonic()
+        next_checkpoint = self._began + self._options.checkpoint_seconds
+        next_announcement = self._began
+        while not engine.finished:
+            for work in engine.ask():
+                farm.submit(work)
+            finished = farm.next_outcome()
+            if finished is None:
+                self._save(history, engine)
+                raise Interrupted(self._folder.path)
+            row = engine.tell(*finished)
+            if row is None:
+                continue
+            now = time.monotonic()
+            history.append(row, self._elapsed(now))
+            self._progress.update(
+                row.generation, row.best_so_far, row.evaluations, len(farm.membership.live)
+            )
+            if now >= next_announcement or engine.finished:
+                next_announcement = now + ANNOUNCE_PERIOD
+                farm.announce("generation", row._asdict())
+            if now >= next_checkpoint and not engine.finished:
+                self._save(history, engine)
+                next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
+
+    def _save(self, history: History, engine: Engine) -> None:
+        if engine.generation == 0:
+            return
+        history.flush()
+        state = {
+            "engine": engine.state(),
+            "elapsed": self._elapsed(time.monotonic()),
+            "lost": self._lost,
+            "condemned": self._condemned,
+            "mixed": self._mixed,
+        }
+        self._folder.checkpoints.save(state, engine.generation)
+
+    def _conclude(self) -> Result:
+        experiment, farm = self._experiment, self._farm
+        engine = experiment.engine
+        wall = self._elapsed(time.monotonic())
+        common = Common(
+            experiment=experiment.name,
+            method=experiment.method,
+            case=experiment.case,
+            seed=experiment.seed,
+            population_size=experiment.population_size,
+            generations=engine.generation,
+            evaluations=engine.evaluations,
+            best=BestFound(engine.best.objective, engine.best.generation),
+            wall_seconds=wall,
+            workers=len(farm.membership.live),
+            topology=self._options.topology,
+            lost_workers=self._lost,
+            condemned=self._condemned,
+            reproducible=not self._mixed,
+            final_population_sha256=population_hash(engine),
+            paper=experiment.paper,
+            versions=versions(),
+        )
+        here = max(time.monotonic() - self._began, 1e-9)
+        share = farm.compute_seconds / max(1, len(farm.membership.live))
+        timing = Timing(
+            evaluations_per_second=engine.evaluations / max(wall, 1e-9),
+            network_overhead_fraction=max(0.0, farm.waited_seconds - share) / here,
+        )
+        farm.announce("finished", {"best": engine.best.objective})
+        result = experiment.conclude(self._folder, common, timing)
+        self._folder.write_result(result)
+        return result
+
+    def _elapsed(self, now: float) -> float:
+        return self._before.elapsed + now - self._began
+
+    @property
+    def _lost(self) -> int:
+        return self._before.lost + self._farm.lost
+
+    @property
+    def _mixed(self) -> bool:
+        return self._before.mixed or self._farm.reception.mixed
+
+    @property
+    def _condemned(self) -> list[dict[str, object]]:
+        here = [
+            {"population": w.population, "generation": w.step, "individual": i, "reason": reason}
+            for w, reason in self._farm.condemned
+            for i in range(w.first, w.last)
+        ]
+        return self._before.condemned + here
+
+    # What the farm and people ask for.
+
+    def _replace(self, member: Member, _: str) -> None:
+        if member.request.supervisor == self._name and self._supervisor is not None:
+            self._supervisor.replace(member.request.pid)
+
+    def _give_up(self, what: str) -> None:
+        self._tell(f"gave up {what}")
+        if self._options.on_failure == "stop":
+            raise RunFailed(f"{what} (--on-failure stop)")
+
+    def _ended(self, ended: Ended) -> None:
+        self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
+        self._farm.inbox.put(ended)
+
+    def _steer(self, request: ControlRequest) -> ControlReply:
+        """Do what somebody asks.
+
+        Raises:
+            ValueError: It cannot be done.
+        """
+        supervisor = self._supervisor
+        match request.action:
+            case "scale" if request.workers is not None and supervisor is not None:
+                supervisor.scale(request.workers)
+                text = f"{self._network} keeps {request.workers} local workers from now on"
+            case "stop":
+                self._farm.interrupt()
+                text = f"{self._network} stops after writing a checkpoint"
+            case "status":
+                text = f"{self._network}: generation {self._experiment.engine.generation}"
+            case _:
+                raise ValueError(
+                    f"found the action {request.action!r} with {request.workers} workers, "
+                    "expected scale with a number, stop or status"
+                )
+        self._tell(text)
+        return ControlReply(text, self._status())
+
+    def _status(self) -> dict[str, object]:
+        engine = self._experiment.engine
+        return {
+            "title": self._experiment.title,
+            "folder": str(self._folder.path.absolute()),
+            "generation": engine.generation,
+            "generations": self._experiment.generations,
+            "evaluations": engine.evaluations,
+            "best": engine.best.objective if engine.generation else None,
+            "local_workers": self._supervisor.count if self._supervisor is not None else 0,
+            **self._farm.status(),
+        }
+
+    def _tell(self, text: str) -> None:
+        self._folder.log("message", {"text": text})
+        self._progress.message(text)
+
+
+@dataclass(frozen=True)
+class _Past:
+    """What the parts of a run before a resume have used up."""
+
+    elapsed: float = 0.0
+    lost: int = 0
+    condemned: list[dict[str, object]] = field(default_factory=list)
+    mixed: bool = False
+
+    @classmethod
+    def of(cls, checkpoint: Checkpoint) -> "_Past":
+        kept = {name: checkpoint.state[name] for name in ("elapsed", "lost", "condemned", "mixed")}
+        return msgspec.convert(kept, cls, strict=True)
+
+
+def population_hash(engine: Engine) -> str:
+    """Return the SHA-256 over an engine's populations.
+
+    In index order, each population's genomes in slot order (little-endian, C order), then its objectives.
+    """
+    digest = hashlib.sha256()
+    for genomes, objectives in engine.populations():
+        little = np.ascontiguousarray(genomes, dtype=genomes.dtype.newbyteorder("<"))
+        digest.update(little.tobytes())
+        digest.update(np.ascontiguousarray(objectives, dtype="<f8").tobytes())
+    return digest.hexdigest()
+
+
+@contextmanager
+def _hold(network: str | None) -> Iterator[tuple[str, networks.Claim]]:
+    """Claim the name asked for, or the first free one of ``tramnet``, ``tramnet-2``, ..."""
+    if network is not None:
+        check_network(network)
+        with networks.hold(network) as claim:
+            yield network, claim
+        return
+    with ExitStack() as stack:
+        for number in itertools.count(1):
+            name = DEFAULT_NETWORK if number == 1 else f"{DEFAULT_NETWORK}-{number}"
+            try:
+                claim = stack.enter_context(networks.hold(name))
+            except NetworkTaken:
+                continue
+            yield name, claim
+            return
+
+
+def _document(
+    experiment: Experiment, options: RunOptions, network: str, channel: ZenohChannel
+) -> dict[str, object]:
+    return {
+        "experiment": experiment.name,
+        "method": experiment.method,
+        "seed": experiment.seed,
+        "population": experiment.population_size,
+        "generations": experiment.generations,
+        "farm": {
+            **dataclasses.asdict(options),
+            "network": network,
+            "endpoint": channel.endpoint,
+        },
+        experiment.name: dict(experiment.document),
+    }
+
+
+@contextmanager
+def _signals(interrupt: Callable[[], None]) -> Iterator[None]:
+    """Have the first Ctrl-C, SIGTERM or closed terminal end the run in order; a second one at once."""
+
+    def first(number: int, _: FrameType | None) -> None:
+        signal.signal(number, signal.default_int_handler)
+        interrupt()
+
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(number, first) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
