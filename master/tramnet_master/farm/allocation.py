@@ -76,6 +76,11 @@ class Allocation:
         holder.bound.append(batch)
         self._feed(holder)
 
+    def take_back(self, assignment: Assignment) -> None:
+        """Let what is still open of a chunk wait again, without blame."""
+        for piece in assignment.batch.take_back(assignment.piece):
+            self.put_back(assignment.batch, piece)
+
     def put_back(self, batch: Batch, piece: Piece) -> None:
         """Let a piece that came back wait to be given again."""
         if batch.affinity is not None:

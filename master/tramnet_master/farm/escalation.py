@@ -35,17 +35,17 @@ def after_accident(piece: Piece, atomic: bool, error: str, rules: Rules) -> list
     return _give_up(piece, error, rules)
 
 
-def after_error(piece: Piece, atomic: bool, error: str, rules: Rules) -> list[Piece]:
+def after_error(piece: Piece, alone: bool, error: str, rules: Rules) -> list[Piece]:
     """Pieces to try after the evaluation of this one failed; none condemns it.
 
     Args:
         piece: The piece.
-        atomic: Whether it cannot be cut.
+        alone: Whether it was evaluated alone; if not, its slots are, one by one.
         error: What happened.
         rules: The number of trials.
     """
     first, last = piece.first, piece.last
-    if not atomic:
+    if not alone:
         return [Piece(slot, slot + 1, error=error) for slot in range(first, last)]
     failures = piece.failures + 1 if piece.suspect else 0
     if failures < rules.trials:

@@ -20,6 +20,8 @@ def check(rules: Rules, ledger: Ledger, allocation: Allocation) -> None:
     roster, ready, suspects = allocation.roster, allocation.ready, allocation.suspects
     for worker in roster.workers.values():
         _check_worker(worker, rules, roster)
+    standings = [worker.standing for worker in roster.workers.values()]
+    assert roster.n_working == standings.count(Standing.WORKING)
     _check_ledger(ledger)
     _check_slots(roster, ledger, suspects)
     _check_queues(ledger, ready)
@@ -47,9 +49,6 @@ def _check_worker(worker: Worker, rules: Rules, roster: Roster) -> None:
         assert worker.held
     if any(assignment.piece.suspect for assignment in worker.held):
         assert len(worker.held) == 1
-    assert roster.n_working == sum(
-        other.standing is Standing.WORKING for other in roster.workers.values()
-    )
 
 
 def _check_ledger(ledger: Ledger) -> None:

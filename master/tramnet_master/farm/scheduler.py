@@ -29,7 +29,7 @@ hot path (``benchmarks/scheduler.py``).
 from collections import Counter
 
 from tramnet_master.farm.allocation import Allocation, Turn
-from tramnet_master.farm.batch import Assignment, Batch
+from tramnet_master.farm.batch import Assignment, Batch, Piece
 from tramnet_master.farm.escalation import after_accident, after_error
 from tramnet_master.farm.events import (
     Accept,
@@ -122,7 +122,6 @@ class Scheduler:
         else:
             return
         self._allocation.release(batch)
-        self._settle(batch)
 
     def _answered(self, event: Answered) -> None:
         worker = self._allocation.unload(event)
@@ -135,7 +134,7 @@ class Scheduler:
             if live:
                 self._measure(assignment, event.seconds, worker)
                 if bad:
-                    self._escalate(assignment, "unusable values", accident=False)
+                    self._error(assignment, "unusable values")
             elif not parts:
                 self._drop(event, Reason.LATE_ERROR if bad else Reason.CLOSED)
             self._settle(assignment.batch)
@@ -146,7 +145,7 @@ class Scheduler:
         assignment = self._judge(event)
         if assignment is not None:
             if assignment.answer():
-                self._escalate(assignment, event.error, accident=False)
+                self._error(assignment, event.error)
             else:
                 self._drop(event, Reason.LATE_ERROR)
             self._settle(assignment.batch)
@@ -173,16 +172,26 @@ class Scheduler:
         if worker is not None:
             worker.warm = True
 
-    def _escalate(self, assignment: Assignment, error: str, accident: bool) -> None:
-        """Try what is still open of a chunk again, as ``escalation.py`` says, or condemn it."""
+    def _accident(self, assignment: Assignment, error: str) -> None:
+        """Try again what is still open of a chunk whose worker died or overran with it."""
         batch = assignment.batch
-        rule = after_accident if accident else after_error
         for piece in batch.take_back(assignment.piece):
-            again = rule(piece, batch.is_atomic(piece), error, self._rules)
-            for smaller in again:
-                self._allocation.put_back(batch, smaller)
-            if not again:
-                self._turn.out.extend(Condemn(part, error) for part in batch.close(piece))
+            atomic = batch.is_atomic(piece)
+            self._try_again(batch, piece, after_accident(piece, atomic, error, self._rules), error)
+        self._settle(batch)
+
+    def _error(self, assignment: Assignment, error: str) -> None:
+        """Try again what is still open of a chunk that could not be evaluated."""
+        batch = assignment.batch
+        alone = batch.is_atomic(assignment.piece)
+        for piece in batch.take_back(assignment.piece):
+            self._try_again(batch, piece, after_error(piece, alone, error, self._rules), error)
+
+    def _try_again(self, batch: Batch, piece: Piece, again: list[Piece], error: str) -> None:
+        for smaller in again:
+            self._allocation.put_back(batch, smaller)
+        if not again:
+            self._turn.out.extend(Condemn(part, error) for part in batch.close(piece))
 
     def _settle(self, batch: Batch) -> None:
         if self._ledger.settle(batch):
@@ -218,19 +227,14 @@ class Scheduler:
             return
         self._roster.stand(worker, Standing.RETIRED)
         for i, assignment in enumerate(worker.held):
-            if assignment.recall():
-                self._take_back(assignment, blame if i == 0 else None)
+            if not assignment.recall():
+                continue
+            if blame is not None and i == 0:
+                self._accident(assignment, blame)
+            else:
+                self._allocation.take_back(assignment)
         while worker.bound:
             self._allocation.orphan(worker.bound.popleft())
-
-    def _take_back(self, assignment: Assignment, blame: str | None) -> None:
-        batch = assignment.batch
-        if blame is not None:
-            self._escalate(assignment, blame, accident=True)
-            self._settle(batch)
-            return
-        for piece in batch.take_back(assignment.piece):
-            self._allocation.put_back(batch, piece)
 
     def _say_whether_waiting(self) -> None:
         waiting = self._roster.n_working == 0 and bool(self._ledger.open)
