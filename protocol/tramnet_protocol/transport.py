@@ -128,7 +128,7 @@ class ZenohChannel:
         """Have messages whose key matches a pattern delivered: key and payload."""
 
         def hand_on(sample: zenoh.Sample) -> None:
-            if sample.kind is zenoh.SampleKind.PUT:
+            if sample.kind == zenoh.SampleKind.PUT:
                 deliver(str(sample.key_expr), sample.payload.to_bytes())
 
         try:
@@ -153,7 +153,7 @@ class ZenohChannel:
         """Have the tokens that match a pattern delivered: key, and whether it appears or disappears."""
 
         def hand_on(sample: zenoh.Sample) -> None:
-            deliver(str(sample.key_expr), sample.kind is zenoh.SampleKind.PUT)
+            deliver(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         try:
             watcher = self._session.liveliness().declare_subscriber(key, hand_on, history=True)
