@@ -22,6 +22,7 @@ Builder = Callable[[Mapping[str, object]], Problem]
 
 # Named, not imported: a worker loads the kernels of its own problem only.
 _BUILT_IN: Mapping[str, str] = {
+    "sphere": "tramnet_workers.problems.sphere:Sphere.from_parameters",
     "puma560-grid": "tramnet_workers.problems.grid_motion:GridMotion.from_parameters",
 }
 
