@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 
+_MAY_BE_INFINITE = ("position_lower", "position_upper", "torque_limits", "velocity_limits")
+
 
 class InvalidArm(ValueError):
     """The numbers that describe an arm do not make one."""
@@ -63,6 +65,8 @@ class SerialArm:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
+        if not self.joint_names:
+            raise InvalidArm(f"the arm {self.name!r} has no joints, but needs at least one")
         for name, shape in _shapes(len(self.joint_names)).items():
             object.__setattr__(self, name, _frozen(name, getattr(self, name), shape))
         self._check()
@@ -147,21 +151,25 @@ class SerialArm:
         return hash((self.name, self.joint_names, self.table.tobytes()))
 
     def _check(self) -> None:
-        if not self.joint_names:
-            raise InvalidArm(f"the arm {self.name!r} has no joints, but needs at least one")
         frames = np.concatenate([self.rotation, self.tool[None, :3, :3]])
-        off = np.abs(frames.transpose(0, 2, 1) @ frames - np.eye(3)).max(axis=(1, 2))
-        _require(off < 1e-9, (*self.joint_names, "the tool"), "rotation", "is not orthonormal")
+        ranges = np.column_stack([self.position_lower, self.position_upper])
         checks = (
-            (self.mass >= 0.0, "mass", "is negative"),
-            (self.armature >= 0.0, "armature", "is negative"),
-            (self.position_lower < self.position_upper, "range", "of angles is empty"),
-            (self.torque_limits > 0.0, "torque limit", "is not positive"),
-            (self.velocity_limits > 0.0, "velocity limit", "is not positive"),
-            (_is_symmetric(self.inertia), "inertia", "is not symmetric"),
+            ("rotation", frames, _is_orthonormal(frames), "orthonormal"),
+            ("mass", self.mass, self.mass >= 0.0, "at least 0 kg"),
+            ("inertia", self.inertia, _is_symmetric(self.inertia), "symmetric"),
+            ("armature", self.armature, self.armature >= 0.0, "at least 0 kg m²"),
+            ("range of angles", ranges, ranges[:, 0] < ranges[:, 1], "increasing"),
+            ("torque limit", self.torque_limits, self.torque_limits > 0.0, "above 0 N m"),
+            ("velocity limit", self.velocity_limits, self.velocity_limits > 0.0, "above 0 rad/s"),
         )
-        for passed, what, complaint in checks:
-            _require(passed, self.joint_names, what, complaint)
+        for what, values, passed, expected in checks:
+            for owner, value, good in zip(
+                (*self.joint_names, "tool"), values, passed, strict=False
+            ):
+                if not good:
+                    raise InvalidArm(
+                        f"the {what} of {owner} is {value.tolist()}, but must be {expected}"
+                    )
 
 
 def _shapes(n: int) -> dict[str, tuple[int, ...]]:
@@ -182,18 +190,19 @@ def _frozen(name: str, values: object, shape: tuple[int, ...]) -> Array:
         raise InvalidArm(f"{name} must be numbers of shape {shape}: {error}") from error
     if array.shape != shape:
         raise InvalidArm(f"{name} has shape {array.shape}, but must have shape {shape}")
-    if np.isnan(array).any():
-        raise InvalidArm(f"{name} contains NaN, but must contain numbers only")
+    if np.isnan(array).any() or (name not in _MAY_BE_INFINITE and np.isinf(array).any()):
+        raise InvalidArm(f"{name} is {array.tolist()}, but must contain finite numbers only")
     array.setflags(write=False)
     return array
+
+
+def _is_orthonormal(rotations: Array) -> NDArray[np.bool_]:
+    products = rotations.transpose(0, 2, 1) @ rotations
+    skewed: Array = np.abs(products - np.eye(3)).max(axis=(1, 2))
+    return np.less(skewed, 1e-9)
 
 
 def _is_symmetric(inertia: Array) -> NDArray[np.bool_]:
     lopsided: Array = np.abs(inertia - inertia.transpose(0, 2, 1)).max(axis=(1, 2))
     scale: Array = np.abs(inertia).max(axis=(1, 2))
     return np.less_equal(lopsided, 1e-9 * scale)  # leave room for rounding
-
-
-def _require(passed: NDArray[np.bool_], owners: tuple[str, ...], what: str, complaint: str) -> None:
-    if not passed.all():
-        raise InvalidArm(f"the {what} of {owners[int(np.argmin(passed))]} {complaint}")
