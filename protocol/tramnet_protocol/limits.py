@@ -7,7 +7,7 @@ MAX_STRUCTURE_BYTES = 256 * 1024
 """Largest part of a payload outside its binary strings [B].
 
 A byte of MessagePack can become a Python object of 72 bytes (an empty map in a list), so bulk travels in
-binary strings only, and decoding a hostile payload costs at most some 20 MiB.
+binary strings only, and decoding a hostile payload costs at most some 50 MiB.
 """
 
 MAX_ITEMS = 4096

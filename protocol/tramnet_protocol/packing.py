@@ -11,8 +11,17 @@ import msgpack
 from tramnet_protocol.errors import BadMessage, MalformedFrame, MessageTooLarge
 from tramnet_protocol.limits import MAX_ITEMS, MAX_MESSAGE_BYTES, MAX_STRUCTURE_BYTES
 
-_LEVELS = 3
-"""Levels of nesting at which binary strings may lie: a message's map, and its arrays' maps."""
+_FIRST_VALUES = 64
+"""Values, lists and maps included, among which the binary strings of a large payload lie; no message has more."""
+
+_BAD_BYTES = (
+    ValueError,
+    TypeError,  # a list or map as a key
+    IndexError,
+    OverflowError,
+    RecursionError,
+    msgpack.UnpackException,
+)
 
 
 def pack(value: object) -> bytes:
@@ -54,7 +63,7 @@ def unpack(packed: bytes) -> object:
             max_ext_len=0,
             ext_hook=_refuse_extension,
         )
-    except (ValueError, TypeError, OverflowError, RecursionError, msgpack.UnpackException) as error:
+    except _BAD_BYTES as error:
         raise MalformedFrame(f"no MessagePack within the limits arrived: {error}") from error
 
 
@@ -64,32 +73,29 @@ def _refuse_extension(code: int, _: bytes) -> NoReturn:
 
 def _check_structure(packed: bytes) -> None:
     """Refuse bytes of which more than ``MAX_STRUCTURE_BYTES`` lie outside binary strings."""
+    structure = len(packed) - _binary_bytes(packed)
+    if structure > MAX_STRUCTURE_BYTES:
+        raise ValueError(
+            f"{structure} bytes outside binary strings; expected at most {MAX_STRUCTURE_BYTES}"
+        )
+
+
+def _binary_bytes(packed: bytes) -> int:
+    """Count the bytes in binary strings among the first values [B], making no objects of any."""
     unpacker = msgpack.Unpacker(max_buffer_size=MAX_MESSAGE_BYTES)
     unpacker.feed(packed)
-    binary = _binary_bytes(unpacker, packed, _LEVELS)
-    if len(packed) - binary > MAX_STRUCTURE_BYTES:
-        raise ValueError(
-            f"{len(packed) - binary} bytes outside binary strings; expected at most {MAX_STRUCTURE_BYTES}"
-        )
-
-
-def _binary_bytes(unpacker: msgpack.Unpacker, packed: bytes, levels: int) -> int:
-    """Pass over one value without making objects of it, and count its bytes in binary strings [B]."""
-    start = unpacker.tell()
-    first = packed[start] if start < len(packed) else 0
-    if levels and (0x80 <= first <= 0x9F or 0xDC <= first <= 0xDF):
-        return sum(
-            _binary_bytes(unpacker, packed, levels - 1)
-            for _ in range(_read_length(unpacker, first))
-        )
-    unpacker.skip()
-    return unpacker.tell() - start if 0xC4 <= first <= 0xC6 else 0
-
-
-def _read_length(unpacker: msgpack.Unpacker, first: int) -> int:
-    """Enter a list or map and return how many values it holds, keys included."""
-    is_map = 0x80 <= first <= 0x8F or first >= 0xDE
-    length = 2 * unpacker.read_map_header() if is_map else unpacker.read_array_header()
-    if length > 2 * MAX_ITEMS:
-        raise ValueError(f"{length} entries; expected at most {MAX_ITEMS}")
-    return int(length)
+    expected, binary = 1, 0
+    for _ in range(_FIRST_VALUES):
+        if not expected:
+            break
+        expected -= 1
+        start = unpacker.tell()
+        first = packed[start]
+        if 0x80 <= first <= 0x8F or 0xDE <= first <= 0xDF:
+            expected += 2 * unpacker.read_map_header()
+        elif 0x90 <= first <= 0x9F or 0xDC <= first <= 0xDD:
+            expected += unpacker.read_array_header()
+        else:
+            unpacker.skip()
+            binary += unpacker.tell() - start if 0xC4 <= first <= 0xC6 else 0
+    return binary
