@@ -16,6 +16,9 @@ from pathlib import Path
 
 from tramnet_master.errors import AmbiguousNetwork, NetworkTaken, NoNetwork, UnsafeFolder
 
+DEFAULT_NETWORK = "tramnet"
+"""Name of a network whose user gave none."""
+
 
 @dataclass(frozen=True)
 class LiveNetwork:

@@ -44,8 +44,8 @@ ANNOUNCE_PERIOD = 0.1
 START_UP = 60.0
 """Longest wait for the first local worker before the clock of the run starts [s]."""
 
-DEFAULT_NETWORK = "tramnet"
-"""Name of a network whose user gave none."""
+OTHERS = 3.0
+"""Longest wait for the other local workers after the first [s]."""
 
 
 @dataclass(frozen=True)
@@ -217,10 +217,17 @@ class Root:
         Evaluator(self._experiment.setup)
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
+    def _wait_for_local_workers(self) -> None:
+        """Start with all of them, but let one that cannot start keep nobody waiting."""
+        farm, wanted = self._farm, self._options.workers
+        if self._experiment.engine.finished or not wanted:
+            return
+        farm.wait_for(lambda: bool(farm.membership.live), START_UP)
+        farm.wait_for(lambda: len(farm.membership.live) >= wanted, OTHERS)
+
     def _evolve(self, history: History) -> None:
         engine, farm = self._experiment.engine, self._farm
-        if not engine.finished and self._options.workers:
-            farm.wait_for(lambda: bool(farm.membership.live), START_UP)
+        self._wait_for_local_workers()
         self._began = time.monotonic()
         next_checkpoint = self._began + self._options.checkpoint_seconds
         next_announcement = self._began
@@ -408,7 +415,8 @@ def _hold(network: str | None) -> Iterator[tuple[str, networks.Claim]]:
         return
     with ExitStack() as stack:
         for number in itertools.count(1):
-            name = DEFAULT_NETWORK if number == 1 else f"{DEFAULT_NETWORK}-{number}"
+            suffix = "" if number == 1 else f"-{number}"
+            name = networks.DEFAULT_NETWORK + suffix
             try:
                 claim = stack.enter_context(networks.hold(name))
             except NetworkTaken:

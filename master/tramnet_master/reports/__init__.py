@@ -1,1 +1,1 @@
-"""Figures and tables made from a run folder."""
+"""Figures and tables, made from the files of a run folder alone; the only rooms that know matplotlib."""

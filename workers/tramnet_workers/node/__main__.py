@@ -13,7 +13,7 @@ from tramnet_workers.node.service import Home, Service
 
 
 def main() -> int:
-    """Run one worker; return its exit status: 0 told to end, 1 failed."""
+    """Run one worker; return its exit status, of which the supervisor knows the meaning."""
     parser = argparse.ArgumentParser(prog="python -m tramnet_workers.node", description=__doc__)
     parser.add_argument("--connect", required=True, help="endpoint of the root")
     parser.add_argument("--network", required=True, help="name of the network")

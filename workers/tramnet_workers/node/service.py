@@ -43,6 +43,7 @@ from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node import states
 from tramnet_workers.node.evaluator import Evaluator
 from tramnet_workers.node.states import Membership, WorkerStates
+from tramnet_workers.node.supervisor import GAVE_UP, TOLD_TO_END
 
 HEARTBEAT = 1.0
 """Period of the heartbeat [s]."""
@@ -144,7 +145,7 @@ class Service:
             match task:
                 case states.Leave(reason, failed):
                     (_log.error if failed else _log.info)("leaving: %s", reason)
-                    return 1 if failed else 0
+                    return GAVE_UP if failed else TOLD_TO_END
                 case states.Build(membership, setup):
                     try:
                         evaluator = Evaluator(setup)

@@ -4,11 +4,13 @@ A worker is a new interpreter (never a fork: Zenoh's threads do not survive one)
 outliving its supervisor, however that ends: end-of-file on an inherited pipe, which the worker watches, and
 the kernel's parent-death signal, which needs no working interpreter on the other side.
 
-One thread owns all processes; the others only leave wishes. A process that ends without having been asked is
-started again: at once the first time, then after a pause that doubles while it keeps failing.
+One thread owns all processes; the others only leave wishes. A process that dies is started again: at once the first
+time, then after a pause that doubles while it keeps failing. One that ends by itself, because it was told to or
+found nobody to work for, is not.
 """
 
 import contextlib
+import os
 import subprocess
 import sys
 import threading
@@ -29,6 +31,15 @@ GRACE = 1.5
 """Time a process has to end by itself when the supervisor closes [s]."""
 
 
+TOLD_TO_END = 0
+"""Exit status of a worker that was told to end."""
+
+GAVE_UP = 3
+"""Exit status of a worker that is of no use here: it was refused, or found no root."""
+
+_ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
+
+
 @dataclass
 class _Post:
     """A place for one process at a time."""
@@ -37,11 +48,12 @@ class _Post:
     started: float = 0.0
     pause: float = 0.0
     due: float = 0.0
+    retired: bool = False
 
 
 @dataclass(frozen=True)
 class Ended:
-    """A worker process ended without having been asked to.
+    """A worker process ended.
 
     Attributes:
         pid: Its process id.
@@ -50,6 +62,11 @@ class Ended:
 
     pid: int
     status: int
+
+    @property
+    def died(self) -> bool:
+        """Whether it neither was told to end nor gave up."""
+        return self.status not in (TOLD_TO_END, GAVE_UP)
 
 
 @dataclass
@@ -65,7 +82,10 @@ class Supervisor:
     Args:
         arguments: Arguments of ``python -m tramnet_workers.node``.
         count: Number of processes to keep.
-        notify: Called, on the supervisor's thread, for each process that ended unasked.
+        notify: Called, on the supervisor's thread, for each process that ended.
+
+    Attributes:
+        finished: Set when every process has ended and none is to be started again.
     """
 
     def __init__(
@@ -77,6 +97,7 @@ class Supervisor:
         self._wishes = _Wishes(count=count)
         self._changed = threading.Condition()
         self._pids: frozenset[int] = frozenset()
+        self.finished = threading.Event()
         # Not a daemon: the parent-death signal is tied to the thread that started a process.
         self._thread = threading.Thread(target=self._run, name="supervisor")
         self._thread.start()
@@ -155,10 +176,12 @@ class Supervisor:
                 continue
             _close_pipe(process)
             post.process = None
+            ended = Ended(process.pid, process.returncode)
+            post.retired = not ended.died
             failed_early = now - post.started < STEADY
+            post.due = now + post.pause
             post.pause = min(max(2 * post.pause, 0.1), LONGEST_PAUSE) if failed_early else 0.0
-            post.due = now + (post.pause if post.pause > 0.1 else 0.0)
-            self._notify(Ended(process.pid, process.returncode))
+            self._notify(ended)
 
     def _resize(self, count: int) -> None:
         while len(self._posts) < count:
@@ -169,12 +192,17 @@ class Supervisor:
 
     def _start(self, now: float) -> None:
         for post in self._posts:
-            if post.process is None and now >= post.due:
+            if post.process is None and not post.retired and now >= post.due:
                 post.process = subprocess.Popen(
-                    self._command, stdin=subprocess.PIPE, start_new_session=True
+                    self._command,
+                    stdin=subprocess.PIPE,
+                    start_new_session=True,
+                    env={**os.environ, **_ONE_THREAD},
                 )
                 post.started = now
         self._pids = frozenset(post.process.pid for post in self._posts if post.process is not None)
+        if self._posts and all(post.retired for post in self._posts):
+            self.finished.set()
 
 
 def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:

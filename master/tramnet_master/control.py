@@ -1,0 +1,46 @@
+"""Talks to a running root: asks its control topic, and finds out where it is."""
+
+from tramnet_master import networks
+from tramnet_master.errors import RunFailed
+from tramnet_protocol.codec import Header, decode, encode
+from tramnet_protocol.keys import Keys, check_network
+from tramnet_protocol.messages import ControlReply, ControlRequest, Refusal
+from tramnet_protocol.transport import open_observer
+
+TIMEOUT = 5.0
+"""Longest wait for the root's answer [s]."""
+
+
+def locate(connect: str | None, network: str | None) -> networks.LiveNetwork:
+    """Return where a network is: at the endpoint given, or live on this machine.
+
+    Args:
+        connect: Endpoint of the root, or None.
+        network: Name of the network, or None for the only live one (or, at an endpoint, the default name).
+
+    Raises:
+        NoNetwork: None is alive here, or none of that name.
+        AmbiguousNetwork: Several are alive and no name was given.
+        BadKey: The name is none.
+    """
+    if connect is None:
+        return networks.find(network)
+    name = check_network(network or networks.DEFAULT_NETWORK)
+    return networks.LiveNetwork(name, connect, connect, pid=0, folder="")
+
+
+def ask(live: networks.LiveNetwork, request: ControlRequest) -> ControlReply:
+    """Ask the root of a network to do something.
+
+    Raises:
+        CannotConnect: Nobody listens there.
+        NoAnswer: The root does not answer.
+        RunFailed: It refuses.
+    """
+    with open_observer(live.observers) as channel:
+        payload = channel.ask(Keys(live.network).control, encode(Header(), request), TIMEOUT)
+    reply = decode(payload).message()
+    if isinstance(reply, Refusal):
+        raise RunFailed(f"the root refuses: {reply.reason}")
+    assert isinstance(reply, ControlReply), "a root answers with a ControlReply"
+    return reply
