@@ -12,6 +12,7 @@
     + DamagedCheckpoint
   x UnknownCheckpointVersion
   x RunFailed: the run could not be finished
+  x Interrupted: the run was asked to stop (exit code 130)
   x NetworkTaken: a live root holds that network name
   x NoNetwork: nothing to connect to
   x AmbiguousNetwork: several networks are alive and none was named
@@ -172,6 +173,20 @@ class UnknownCheckpointVersion(MasterError):
 
 class RunFailed(MasterError):
     """The run could not be finished."""
+
+
+class Interrupted(MasterError):
+    """The run was asked to stop; its state is on disk if it had any.
+
+    Attributes:
+        folder: The run folder.
+    """
+
+    exit_code: ClassVar[int] = 130
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        super().__init__(f"interrupted; go on with: tramnet resume {folder}")
 
 
 class NetworkTaken(MasterError):

@@ -20,7 +20,7 @@ import numpy as np
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
 from tramnet_master.engines.engine import Engine
-from tramnet_master.errors import InvalidOption, NetworkTaken, RunFailed
+from tramnet_master.errors import Interrupted, InvalidOption, NetworkTaken, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
@@ -81,18 +81,6 @@ class RunOptions:
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
         return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
-
-
-class Interrupted(Exception):
-    """The run was asked to stop; its state is on disk if it had any.
-
-    Attributes:
-        folder: The run folder.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        super().__init__(f"interrupted; go on with: tramnet resume {folder}")
 
 
 def run(

@@ -1,0 +1,73 @@
+"""The command line: ``tramnet``. Commands live in ``commands``; here is their list and what their errors become."""
+
+import os
+import sys
+from typing import Annotated
+
+import click
+import typer
+
+from tramnet_master.commands import network, results, runs, traffic
+from tramnet_master.console import people
+from tramnet_master.errors import MasterError
+from tramnet_protocol.errors import BadEndpoint, BadKey, BadTopology, ProtocolError
+from tramnet_workers.errors import InvalidParameters, InvalidTask, UnknownProblem, WorkersError
+
+DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+_BAD_INPUT = (
+    BadKey, BadEndpoint, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
+)  # fmt: skip
+
+app = typer.Typer(
+    name="tramnet",
+    help="Evolve robot motions and robot designs on a network of processes that mirrors a transputer machine.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(runs.app, name="run")
+app.command()(runs.resume)
+app.command()(network.worker)
+app.command()(network.scale)
+app.command()(network.stop)
+app.command()(traffic.inspect)
+app.command()(traffic.echo)
+app.command()(results.report)
+app.command()(results.table)
+app.command()(results.problems)
+
+
+@app.callback(invoke_without_command=False)
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Show the version and end.")] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line; the exit codes are 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command and return its exit code."""
+    try:
+        app(arguments, standalone_mode=False)
+    except click.exceptions.Exit as exit_:
+        return exit_.exit_code
+    except click.ClickException as error:
+        error.show()
+        return BAD_INPUT
+    except (KeyboardInterrupt, click.Abort):
+        return INTERRUPTED
+    except BrokenPipeError:  # `tramnet echo ... | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except (MasterError, ProtocolError, WorkersError) as error:
+        people.print("[red]error:[/red] ", end="")
+        people.print(f"{error}", markup=False, soft_wrap=True)
+        if isinstance(error, MasterError):
+            return error.exit_code
+        return BAD_INPUT if isinstance(error, _BAD_INPUT) else FAILED
+    return DONE

@@ -1,0 +1,91 @@
+import pytest
+
+from tramnet_master.farm.events import Tram
+from tramnet_master.farm.membership import EXPECTED_FOR, Membership
+from tramnet_protocol.messages import JoinRequest, Stats
+
+
+def request(pid: int = 7) -> JoinRequest:
+    return JoinRequest(1, "0.1.0", "f" * 64, "host", pid, "supervisor")
+
+
+def stats(tram: Tram) -> Stats:
+    return Stats(tram.seat, tram.incarnation, "idle", 1.0, 0.0, 0.0, 0, 0, 0, 0, (), 7, "host")
+
+
+@pytest.fixture
+def membership() -> Membership:
+    return Membership("star", root_incarnation=99)
+
+
+def test_workers_take_the_lowest_free_seats(membership):
+    first, second = membership.admit(request(), 0.0), membership.admit(request(), 0.0)
+
+    assert (first.tram, second.tram) == (Tram(1, 1), Tram(2, 2))
+    assert membership.wiring.edges == ((0, 1), (0, 2))
+    assert membership.wiring.incarnations == {0: 99, 1: 1, 2: 2}
+
+
+def test_a_seat_is_free_again_only_when_its_token_is_gone(membership):
+    membership.admit(request(), 0.0)
+    membership.appeared(1)
+
+    lost = membership.vanished(1)
+    successor = membership.admit(request(), 1.0)
+
+    assert lost is not None
+    assert successor.tram == Tram(1, 2)
+
+
+def test_each_change_is_a_new_epoch(membership):
+    epochs = [membership.wiring.epoch]
+    membership.admit(request(), 0.0)
+    epochs.append(membership.wiring.epoch)
+    membership.appeared(1)
+    membership.vanished(1)
+    epochs.append(membership.wiring.epoch)
+
+    assert epochs == [0, 1, 2]
+
+
+def test_a_worker_is_live_from_its_token_on(membership):
+    member = membership.admit(request(), 0.0)
+
+    assert membership.live == []
+    assert membership.appeared(1) is member
+    assert membership.live == [member]
+    assert membership.appeared(1) is None
+    assert membership.joined == 1
+
+
+def test_a_token_nobody_was_given_a_seat_for_changes_nothing(membership):
+    assert membership.appeared(5) is None
+    assert membership.vanished(5) is None
+    assert membership.wiring.epoch == 0
+
+
+def test_the_seat_of_a_worker_that_never_appeared_is_given_away_in_the_end(membership):
+    membership.admit(request(), 0.0)
+
+    late = membership.admit(request(), EXPECTED_FOR + 1.0)
+
+    assert late.tram == Tram(1, 2)
+
+
+def test_a_local_process_that_ended_before_its_token_gives_its_seat_back_at_once(membership):
+    membership.admit(request(pid=41), 0.0)
+    membership.admit(request(pid=42), 0.0)
+
+    membership.abandon(41, "host")
+
+    assert [member.tram.seat for member in membership.members] == [2]
+
+
+def test_a_heartbeat_counts_for_its_own_incarnation_only(membership):
+    member = membership.admit(request(), 0.0)
+
+    membership.heard(stats(Tram(1, 77)), 5.0)
+    assert member.stats is None
+    membership.heard(stats(member.tram), 6.0)
+
+    assert (member.stats, member.heard) == (stats(member.tram), 6.0)
