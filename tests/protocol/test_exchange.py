@@ -1,0 +1,98 @@
+import pytest
+
+from tramnet_protocol.codec import Header, decode, encode
+from tramnet_protocol.exchange import Exchange, Identity
+from tramnet_protocol.inbox import Inbox
+from tramnet_protocol.keys import Keys
+from tramnet_protocol.messages import Stop, Wiring
+
+KEYS = Keys("net")
+ROOT_ID = Identity(run=5, seat=0, incarnation=9)
+WORKER_ID = Identity(run=5, seat=1, incarnation=3)
+WIRING = Wiring(4, "star", {0: 9, 1: 3, 2: 4}, ((0, 1), (0, 2)))
+
+
+@pytest.fixture
+def root() -> Exchange:
+    return Exchange(KEYS, ROOT_ID, WIRING)
+
+
+@pytest.fixture
+def worker() -> Exchange:
+    return Exchange(KEYS, WORKER_ID, WIRING)
+
+
+def test_what_one_end_sends_the_other_takes(root, worker):
+    key, payload = root.outgoing((1, 3), Stop("enough"))
+
+    frame = worker.incoming(key, payload)
+
+    assert key == "tramnet/v1/net/link/0/1"
+    assert frame is not None
+    assert frame.message() == Stop("enough")
+    assert (frame.header.source, frame.header.source_incarnation) == (0, 9)
+
+
+def test_frames_are_numbered_per_link(root):
+    sequences = [
+        decode(root.outgoing((seat, 1), Stop("x"))[1]).header.sequence for seat in (1, 2, 1, 1, 2)
+    ]
+
+    assert sequences == [0, 0, 1, 2, 1]
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        Header(run=6, destination=1, destination_incarnation=3),
+        Header(run=5, destination=2, destination_incarnation=3),
+        Header(run=5, destination=1, destination_incarnation=2),
+    ],
+    ids=["another run", "another TRAM", "an earlier incarnation"],
+)
+def test_what_is_not_meant_for_this_life_of_this_tram_is_counted_and_dropped(worker, header):
+    assert worker.incoming(KEYS.link(0, 1), encode(header, Stop("x"))) is None
+    assert worker.foreign == 1
+
+
+def test_what_is_no_frame_is_counted_and_dropped(worker):
+    assert worker.incoming(KEYS.link(0, 1), b"\xc1 rubbish") is None
+    assert worker.malformed == 1
+
+
+def test_both_ends_count_the_same_traffic_and_a_gap_is_seen(root, worker):
+    sent = [root.outgoing((1, 3), Stop("x")) for _ in range(4)]
+    for key, payload in (sent[0], sent[1], sent[3]):
+        worker.incoming(key, payload)
+
+    (out,) = root.counters()
+    (came,) = worker.counters()
+
+    assert (out.source, out.destination, out.frames) == (0, 1, 4)
+    assert (came.source, came.destination, came.frames, came.gaps) == (0, 1, 3, 1)
+    assert out.bytes == came.bytes + len(sent[2][1])
+
+
+def test_an_inbox_keeps_what_this_process_says_and_bounds_what_others_do():
+    inbox: Inbox[str] = Inbox()
+    for _ in range(100):
+        inbox.put_from("loud", 100_000, "noise")
+    inbox.put("own")
+
+    taken = []
+    while (item := inbox.get(0)) is not None:
+        taken.append(item)
+
+    assert taken.count("own") == 1
+    assert 0 < taken.count("noise") < 100
+    assert inbox.dropped["loud"] == 100 - taken.count("noise")
+
+
+def test_credit_comes_back_when_a_message_is_taken_out():
+    inbox: Inbox[int] = Inbox()
+    for i in range(1000):
+        inbox.put_from("steady", 100_000, i)
+        assert inbox.get(0) == i
+
+    assert inbox.empty
+    assert not inbox.dropped
