@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numba
@@ -84,12 +85,12 @@ def test_unchanged_kernels_are_loaded_and_not_compiled_again(
 ) -> None:
     run_product(package, cache_home)
     compiled = compiled_files(cache_home)
-    newest = max(path.stat().st_mtime_ns for path in cache_home.rglob("*"))
+    newest = max(path.stat().st_mtime_ns for path in cache_home.rglob("*.nb?"))
 
     run_product(package, cache_home)
 
     assert compiled_files(cache_home) == compiled > 0
-    assert max(path.stat().st_mtime_ns for path in cache_home.rglob("*")) == newest
+    assert max(path.stat().st_mtime_ns for path in cache_home.rglob("*.nb?")) == newest
 
 
 def test_this_process_keeps_its_kernels_in_the_private_folder() -> None:
@@ -142,6 +143,37 @@ def test_a_link_to_a_folder_is_refused(package: Path, cache_home: Path, tmp_path
     folder.symlink_to(tmp_path / "elsewhere")
 
     with pytest.raises(UnsafeCacheFolder, match="not a folder"):
+        open_cache_folder(package)
+
+
+def test_a_folder_that_nobody_used_for_a_month_is_removed(package: Path, cache_home: Path) -> None:
+    folder = open_cache_folder(package)
+    recent, forgotten = folder.with_name("kernels-recent"), folder.with_name("kernels-forgotten")
+    for other, days in ((recent, 29), (forgotten, 31)):
+        other.mkdir()
+        (other / "product.nbc").touch()
+        then = time.time() - days * 24 * 3600
+        os.utime(other, (then, then))
+
+    open_cache_folder(package)
+
+    assert recent.exists()
+    assert not forgotten.exists()
+
+
+def test_a_folder_in_use_stays_however_old_its_contents(package: Path, cache_home: Path) -> None:
+    folder = open_cache_folder(package)
+    os.utime(folder, (0, 0))
+
+    assert open_cache_folder(package).exists()
+
+
+def test_a_cache_that_cannot_be_made_says_what_to_set(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", os.devnull)
+
+    with pytest.raises(OSError, match="set XDG_CACHE_HOME"):
         open_cache_folder(package)
 
 

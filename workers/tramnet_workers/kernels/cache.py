@@ -6,18 +6,23 @@ in machine code, and an edit anywhere opens a new, empty one. Numba loads what i
 with pickle, hence nobody else may be able to write into it.
 """
 
+import contextlib
 import hashlib
 import os
 import re
+import shutil
 import stat
+import time
 from pathlib import Path
 
-_DECORATED = re.compile(rb"^@(?:kernel|device)\b", re.MULTILINE)
+_DECORATED = re.compile(rb"^[ ]*@(?:kernel|device)\b", re.MULTILINE)
 _IMPORT = re.compile(
     rb"^(?:from[ ]+(tramnet_workers[\w.]*)[ ]+import[ ]+(\([^)]*\)|[^\n]*)"
     rb"|import[ ]+(tramnet_workers[\w.]*))",
     re.MULTILINE,
 )
+
+_KEPT_FOR = 30 * 24 * 3600  # seconds since a folder's last use
 
 
 class UnsafeCacheFolder(RuntimeError):
@@ -47,11 +52,14 @@ def open_cache_folder(package: Path) -> Path:
 
     Raises:
         UnsafeCacheFolder: If an existing folder has another owner, mode or kind.
+        OSError: If the folder cannot be made.
     """
     folder = cache_home() / "tramnet" / f"kernels-{source_digest(package)[:32]}"
     for private in (folder.parent, folder):
-        private.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _make(private)
         _check_private(private)
+    os.utime(folder)
+    _remove_unused(folder.parent)
     return folder
 
 
@@ -95,6 +103,27 @@ def _imported_paths(package: Path, source: bytes) -> list[Path]:
         modules += [parent, *(f"{parent}.{name}" for name in re.findall(r"\w+", names.decode()))]
     stems = [package.parent.joinpath(*module.split(".")) for module in modules]
     return [p for stem in stems for p in (stem.with_suffix(".py"), stem / "__init__.py")]
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except FileExistsError:
+        pass  # and is no folder, which the check says better
+    except OSError as error:
+        raise OSError(
+            f"cannot make the kernel cache {folder} ({error}); set XDG_CACHE_HOME to a folder of "
+            f"your own"
+        ) from error
+
+
+def _remove_unused(parent: Path) -> None:
+    """Remove the folders of old sources: each process that opens a folder renews its date."""
+    oldest = time.time() - _KEPT_FOR
+    for folder in parent.glob("kernels-*"):
+        with contextlib.suppress(FileNotFoundError):  # another process may be at it too
+            if folder.lstat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _check_private(folder: Path) -> None:
