@@ -309,6 +309,22 @@ def test_a_successor_on_a_seat_takes_over_from_one_not_yet_missed(make_farm):
     assert stale == []
 
 
+@pytest.mark.parametrize("stale", [Tram(1, 4), Tram(1, 5)])
+def test_old_news_of_a_worker_s_arrival_changes_nothing(make_farm, stale):
+    farm = make_farm()
+    farm.tell(WorkerReady(Tram(1, 5)))
+    farm.submit(individuals(0, 2))
+
+    assert farm.tell(WorkerReady(stale)) == []
+
+
+def test_a_work_submitted_twice_is_done_once(make_farm):
+    farm = make_farm(workers=2)
+    farm.submit(individuals(0, 1))
+
+    assert farm.submit(individuals(0, 1)) == []
+
+
 def test_several_works_share_the_workers_in_turn(make_farm):
     farm = make_farm(workers=1)
     works = [WorkId(Kind.EVALUATE, population, 0, 0, 2) for population in range(3)]
