@@ -16,3 +16,5 @@ class Purpose(IntEnum):
     DESTRUCTION = 4  # slot: individual
     POSITION = 5  # slot: individual
     REPLACEMENT = 6  # slot: individual
+    MATING = 7  # slot: couple
+    MUTATION = 8  # slot: child
