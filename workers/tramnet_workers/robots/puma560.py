@@ -7,9 +7,9 @@ Friction is in neither, as in Wang & Zalzala (1995).
 Torque limits are those of AKB86, table 7, for both: Wang & Zalzala's times are physically out of
 reach with the smaller, current-limited ones of Corke (1996, table 2.17: 56, 97, 52, 10, 10, 10 N m).
 
-Sources:
+Sources (as later software quotes them; the papers' own tables were not at hand):
     AKB86: Armstrong, Khatib & Burdick, "The explicit dynamic model and inertial parameters of the
-        PUMA 560 arm", ICRA 1986; masses and inertia from its tables 4 and 5 as in the Robotics
+        PUMA 560 arm", ICRA 1986; masses, centres and inertia as quoted by the Robotics
         Toolbox for MATLAB, ``mdl_puma560akb.m``, whose I33 = 0.066 is a slip for AKB86's 0.086.
     CA94: Corke & Armstrong-Helouvry, "A search for consensus among model parameters reported for
         the PUMA 560 robot", ICRA 1994, as in the Robotics Toolbox for Python 1.5.0,
@@ -30,8 +30,8 @@ TORQUE_LIMITS = (97.6, 186.4, 89.4, 24.2, 20.1, 21.3)
 # Corke, "Visual Control of Robots" (1996), table 2.21: motor saturation over gear ratio [rad/s].
 CORKE_VELOCITY_LIMITS = (1.92, 1.51, 2.40, 5.34, 5.09, 5.74)
 
-# alpha, a, d, mass, centre, (Ixx, Iyy, Izz) of each link: AKB86, tables 4 and 5. Of link 1 only Izz
-# is given, as nothing else of it moves.
+# alpha, a, d, mass, centre, (Ixx, Iyy, Izz) of each link: AKB86. Of link 1 only Izz is
+# given, as nothing else of it moves.
 _AKB_LINKS = (
     (0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.35)),
     (-pi / 2, 0.0, 0.2435, 17.4, (0.068, 0.006, -0.016), (0.13, 0.524, 0.539)),
