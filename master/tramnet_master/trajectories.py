@@ -72,7 +72,7 @@ class Trajectory:
         """
         table = read_table(path)
         arrays = {name: joined(table, pattern, path) for name, pattern in _PATTERNS.items()}
-        return cls(t=_times(table, path), **arrays)
+        return cls(t=times(table, path), **arrays)
 
 
 def write_nodes(path: Path, t: Array, q: Array, qd: Array) -> None:
@@ -107,6 +107,7 @@ def joined(table: Mapping[str, Array], pattern: str, path: Path) -> Array:
     Raises:
         DamagedFile: There is not one of them.
     """
+    assert "{}" in pattern, "names without a number never end"
     names = itertools.takewhile(table.__contains__, map(pattern.format, itertools.count(1)))
     columns = [table[name] for name in names]
     if not columns:
@@ -114,7 +115,12 @@ def joined(table: Mapping[str, Array], pattern: str, path: Path) -> Array:
     return np.column_stack(columns)
 
 
-def _times(table: Mapping[str, Array], path: Path) -> Array:
+def times(table: Mapping[str, Array], path: Path) -> Array:
+    """The column of times of a table, of shape (k,) [s].
+
+    Raises:
+        DamagedFile: There is none.
+    """
     if "t_s" not in table:
         raise DamagedFile(path, f"the columns {', '.join(table)}", "t_s")
     return table["t_s"]

@@ -1,0 +1,49 @@
+"""All figures of a run folder, drawn from its files and written beside them."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from tramnet_master.reports.comparison import draw_comparison
+from tramnet_master.reports.convergence import draw_objective
+from tramnet_master.reports.joints import (
+    draw_acceleration,
+    draw_position,
+    draw_torque,
+    draw_velocity,
+)
+from tramnet_master.reports.record import RunRecord
+from tramnet_master.reports.style import one_look, save
+from tramnet_master.trajectories import Trajectory
+
+_OF_A_PLAN: dict[str, Callable[[RunRecord, Trajectory], Figure]] = {
+    "position": draw_position,
+    "torque": draw_torque,
+    "acceleration": draw_acceleration,
+    "velocity": draw_velocity,
+    "comparison": draw_comparison,
+}
+
+
+def write_figures(folder: Path) -> list[Path]:
+    """Draw every figure that the files of a run folder allow, as PNG and SVG.
+
+    Args:
+        folder: Folder of a finished run.
+
+    Returns:
+        The files written.
+
+    Raises:
+        NotARunFolder: There is no finished run in it.
+        DamagedFile: A file of it is torn.
+        CannotWrite: The disk refuses.
+    """
+    record = RunRecord.read(folder)
+    with one_look():
+        written = save(draw_objective(record), folder, "objective")
+        if record.plan is not None:
+            for name, draw in _OF_A_PLAN.items():
+                written += save(draw(record, record.plan), folder, name)
+    return written
