@@ -14,6 +14,7 @@ SIZES = (4, 256, 4095)
 COST = 0.001
 CHEAP = 0.00001
 CHUNKS_EACH = 20
+REPEATS = 5  # the best one counts: the others met the machine's other work
 
 
 def farm(n_workers: int, cost: float) -> tuple[Scheduler, float]:
@@ -52,7 +53,7 @@ def microseconds_per_event(n_workers: int) -> float:
     return 1e6 * seconds / events
 
 
-def microseconds_per_generation(generations: int = 20_000) -> float:
+def microseconds_per_generation(generations: int = 5_000) -> float:
     """One worker, one chunk of 100: submitting and answering [us]."""
     scheduler, now = farm(1, CHEAP)
     total = 0.0
@@ -65,10 +66,9 @@ def microseconds_per_generation(generations: int = 20_000) -> float:
 
 
 def main() -> None:
-    print(
-        f"one worker, one chunk: {microseconds_per_generation():6.1f} us per generation (2 events)"
-    )
-    times = {n: microseconds_per_event(n) for n in SIZES}
+    generation = min(microseconds_per_generation() for _ in range(REPEATS))
+    print(f"one worker, one chunk: {generation:6.1f} us per generation (2 events)")
+    times = {n: min(microseconds_per_event(n) for _ in range(REPEATS)) for n in SIZES}
     for n, each in times.items():
         print(f"{n:5d} workers:         {each:6.1f} us per event")
     ratio = times[SIZES[-1]] / times[SIZES[0]]
