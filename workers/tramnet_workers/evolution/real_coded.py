@@ -27,12 +27,12 @@ class Place(NamedTuple):
     """Where random numbers are drawn: the part of the key that all children of a generation share.
 
     Attributes:
-        seed: Seed of the run.
+        seed: Seed of the run; a ``numpy.uint64``, so that one compiled kernel serves all seeds.
         population: Index of the population.
         generation: Index of the generation.
     """
 
-    seed: np.uint64
+    seed: int
     population: int
     generation: int
 

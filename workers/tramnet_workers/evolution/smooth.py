@@ -6,7 +6,7 @@ generation, from a search to a polish.
 """
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, cast
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -44,6 +44,11 @@ class SmoothSettings(Struct, frozen=True, forbid_unknown_fields=True):
     elites: Annotated[int, Meta(ge=0)] = 2
 
 
+RECOMMENDED = SmoothSettings()
+POPULATION_SIZE = 100
+GENERATIONS = 150
+
+
 @dataclass(frozen=True, eq=False)
 class SmoothEvolution:
     """A population of real-coded chromosomes (see ``evolution.algorithm``).
@@ -62,7 +67,7 @@ class SmoothEvolution:
     generations: int
     lower: Floats
     upper: Floats
-    settings: SmoothSettings = SmoothSettings()
+    settings: SmoothSettings = RECOMMENDED
 
     def __post_init__(self) -> None:
         if self.population_size <= self.settings.elites:
@@ -95,7 +100,7 @@ class SmoothEvolution:
         )
 
     def _place(self, generation: int) -> Place:
-        return Place(np.uint64(self.seed), 0, generation)
+        return Place(cast(int, np.uint64(self.seed)), 0, generation)
 
     def _operators(self, generation: int) -> Operators:
         s = self.settings
