@@ -2,13 +2,14 @@
 
 import os
 import sys
+from importlib.metadata import version
 from typing import Annotated
 
 import click
 import typer
 
 from tramnet_master.commands import network, results, runs, traffic
-from tramnet_master.console import people
+from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
 from tramnet_protocol.errors import BadEndpoint, BadKey, BadTopology, ProtocolError
 from tramnet_workers.errors import InvalidParameters, InvalidTask, UnknownProblem, WorkersError
@@ -34,13 +35,21 @@ app.command()(network.stop)
 app.command()(traffic.inspect)
 app.command()(traffic.echo)
 app.command()(results.report)
-app.command()(results.table)
 app.command()(results.problems)
 
 
-@app.callback(invoke_without_command=False)
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        programs.print(f"tramnet {version('tramnet')}")
+        raise typer.Exit
+
+
+@app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", help="Show the version and end.")] = False,
+    _: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
+    ] = False,
 ) -> None:
     pass
 
@@ -54,8 +63,8 @@ def run(arguments: list[str]) -> int:
     """Run one command and return its exit code."""
     try:
         app(arguments, standalone_mode=False)
-    except click.exceptions.Exit as exit_:
-        return exit_.exit_code
+    except click.exceptions.Exit as end:
+        return end.exit_code
     except click.ClickException as error:
         error.show()
         return BAD_INPUT
@@ -63,11 +72,15 @@ def run(arguments: list[str]) -> int:
         return INTERRUPTED
     except BrokenPipeError:  # `tramnet echo ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
     except (MasterError, ProtocolError, WorkersError) as error:
         people.print("[red]error:[/red] ", end="")
         people.print(f"{error}", markup=False, soft_wrap=True)
-        if isinstance(error, MasterError):
-            return error.exit_code
-        return BAD_INPUT if isinstance(error, _BAD_INPUT) else FAILED
+        return exit_code(error)
     return DONE
+
+
+def exit_code(error: MasterError | ProtocolError | WorkersError) -> int:
+    """Return what the command line returns for an error."""
+    if isinstance(error, MasterError):
+        return error.exit_code
+    return BAD_INPUT if isinstance(error, _BAD_INPUT) else FAILED

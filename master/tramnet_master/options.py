@@ -115,11 +115,11 @@ Pictures: TypeAlias = Annotated[
         help="Draw the figures at the end.",
     ),
 ]  # fmt: skip
-ProgressMode: TypeAlias = Annotated[
+Progress: TypeAlias = Annotated[
     str,
     typer.Option(
         "--progress", envvar="TRAMNET_PROGRESS", rich_help_panel=_RUN,
-        help="What to show on the way: bar, quiet or json.",
+        help="What to show on the way: auto, quiet or json.",
     ),
 ]  # fmt: skip
 CheckpointSeconds: TypeAlias = Annotated[

@@ -32,6 +32,8 @@ class GenerationalEngine:
         self._asked = False
         self._best: Best | None = None
         self._evaluated: tuple[NDArray[np.generic], NDArray[np.float64]] | None = None
+        # Breeding is a pure function: once for nothing, so that its kernels are compiled before the run.
+        algorithm.breed(self._genomes, np.zeros(len(self._genomes)), 1)
 
     @property
     def finished(self) -> bool:

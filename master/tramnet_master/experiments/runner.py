@@ -8,7 +8,7 @@ import secrets
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +20,7 @@ import numpy as np
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
 from tramnet_master.engines.engine import Engine
-from tramnet_master.errors import Interrupted, InvalidOption, NetworkTaken, RunFailed
+from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
@@ -81,6 +81,33 @@ class RunOptions:
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
         return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+
+
+def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
+    """Return how the run of a ``run.toml`` was made, to go on with it where it can be found again.
+
+    Args:
+        path: The file, for messages.
+        document: What it says.
+        workers: Number of local workers instead of that in the file, or None.
+
+    Raises:
+        InvalidFile: The farm it describes cannot be built.
+    """
+    farm = document.get("farm")
+    if not isinstance(farm, dict):
+        raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
+    known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
+    try:
+        options = msgspec.convert(known, RunOptions, strict=True)
+    except msgspec.ValidationError as error:
+        raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
+    listen = options.listen
+    if listen.endswith(":0"):  # those who were connected look for the root where it was
+        listen = str(farm.get("endpoint", listen))
+    return dataclasses.replace(
+        options, listen=listen, workers=options.workers if workers is None else workers
+    )
 
 
 def run(

@@ -13,7 +13,7 @@ from tramnet_workers.errors import InvalidParameters
 
 
 class Sphere(Struct, frozen=True, forbid_unknown_fields=True):
-    """Minimise the sum of squares of a vector whose components lie in [-5, 5].
+    """Minimise the sum of squares of x - 1 over vectors x whose components lie in [-5, 5].
 
     Attributes:
         dimension: Number of components.
@@ -61,11 +61,11 @@ class Sphere(Struct, frozen=True, forbid_unknown_fields=True):
         return np.full(self.dimension, 5.0)
 
     def evaluate(self, genomes: NDArray[np.generic]) -> NDArray[np.float64]:
-        """Return the sums of squares of vectors of shape (n, dimension), of shape (n,)."""
+        """Return the objectives of vectors of shape (n, dimension), of shape (n,)."""
         if self.delay:
             time.sleep(self.delay * len(genomes))
         vectors = genomes.astype(np.float64, copy=False)
         total = np.zeros(len(vectors))
         for column in vectors.T:  # in this order for every individual, wherever it stands
-            total += column * column
+            total += (column - 1.0) * (column - 1.0)
         return total
