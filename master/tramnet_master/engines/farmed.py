@@ -6,6 +6,7 @@ takes which part is the farm's affair and cannot change the result.
 
 import math
 from collections.abc import Mapping
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from tramnet_master.engines.engine import Best, GenerationRow, State
 from tramnet_protocol.arrays import Array
 from tramnet_protocol.messages import Evaluate, Evaluated, Kind, Outcome, Work, WorkId
 from tramnet_workers.evolution.algorithm import Algorithm
+
+Number = TypeVar("Number", bound=np.generic)
 
 
 class GenerationalEngine:
@@ -33,7 +36,8 @@ class GenerationalEngine:
         self._best: Best | None = None
         self._evaluated: tuple[NDArray[np.generic], NDArray[np.float64]] | None = None
         # Breeding is a pure function: once for nothing, so that its kernels are compiled before the run.
-        algorithm.breed(self._genomes, np.zeros(len(self._genomes)), 1)
+        # Read-only, as what arrives is: kernels are compiled for either kind apart.
+        algorithm.breed(self._genomes, _frozen(np.zeros(len(self._genomes))), 1)
 
     @property
     def finished(self) -> bool:
@@ -99,7 +103,7 @@ class GenerationalEngine:
         """Go on from a saved generation."""
         self._completed = int(_scalar(state["generation"]))
         self._genomes = _frozen(np.asarray(state["genomes"]))
-        objectives = np.asarray(state["evaluated_objectives"], dtype=np.float64)
+        objectives = _frozen(np.asarray(state["evaluated_objectives"], dtype=np.float64))
         self._evaluated = (_frozen(np.asarray(state["evaluated_genomes"])), objectives)
         self._best = Best(
             float(_scalar(state["best_objective"])),
@@ -121,7 +125,7 @@ class GenerationalEngine:
         )
 
 
-def _frozen(array: NDArray[np.generic]) -> NDArray[np.generic]:
+def _frozen(array: NDArray[Number]) -> NDArray[Number]:
     array.setflags(write=False)
     return array
 

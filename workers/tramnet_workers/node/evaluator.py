@@ -22,6 +22,7 @@ class Evaluator:
         self._problem: Problem = build(setup.problem, setup.parameters)
         self._name = setup.problem
         empty = np.empty((0, *self._problem.genome_shape), self._problem.genome_dtype)
+        empty.setflags(write=False)  # as what arrives is: kernels are compiled for either kind apart
         self._problem.evaluate(empty)  # loads the compiled kernels before the first real chunk
 
     def compute(self, work: Work) -> Outcome:
