@@ -6,7 +6,7 @@ there belongs to what follows; a sample before 0 or after the end is the first o
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,13 @@ class Plan(Protocol):
 
     def sample(self, t: Array) -> Samples:
         """Return the states at instants of shape (k,) [s]."""
+
+    def stretched(self, factor: float) -> Self:
+        """Return the same motion, driven more slowly by a factor.
+
+        Hollerbach (1984), "Dynamic scaling of manipulator trajectories": torques but for gravity
+        fall with the square of the factor.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +88,10 @@ class ParabolicPlan:
         qd = self.qd[i] + self.qdd[i] * past
         q = self.q[i] + (self.qd[i] + 0.5 * self.qdd[i] * past) * past
         return Samples(q, qd, self.qdd[i])
+
+    def stretched(self, factor: float) -> Self:
+        """Return the same motion, driven more slowly by a factor."""
+        return type(self)(self.h * factor, self.q, self.qd / factor, self.qdd / factor**2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,33 +161,9 @@ class PathPlan:
         q, dq, ddq = self.path.points(np.clip(s, self.s[i], self.s[i + 1]))
         return Samples(q, dq * speed, ddq * speed**2 + dq * u[:, None])
 
-
-@dataclass(frozen=True, eq=False)
-class StretchedPlan:
-    """A plan driven more slowly: Hollerbach (1984), "Dynamic scaling of manipulator trajectories".
-
-    Attributes:
-        plan: The plan.
-        stretch: Its duration is multiplied by this.
-    """
-
-    plan: Plan
-    stretch: float
-
-    @property
-    def duration(self) -> float:
-        """Motion time [s]."""
-        return self.plan.duration * self.stretch
-
-    @property
-    def breaks(self) -> Array:
-        """Instants where the acceleration may jump [s]."""
-        return self.plan.breaks * self.stretch
-
-    def sample(self, t: Array) -> Samples:
-        """Return the states at instants of shape (k,) [s]."""
-        q, qd, qdd = self.plan.sample(t / self.stretch)
-        return Samples(q, qd / self.stretch, qdd / self.stretch**2)
+    def stretched(self, factor: float) -> Self:
+        """Return the same motion, driven more slowly by a factor."""
+        return type(self)(self.path, self.s, self.x / factor**2, self.u / factor**2)
 
 
 def _instants(durations: Array) -> Array:

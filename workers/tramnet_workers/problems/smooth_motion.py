@@ -142,10 +142,7 @@ class SmoothMotion:
         decoded = self.decode(genome[None])
         path = _keep_limits(self.task, decoded.amplitudes[0])
         plan = time_path(self.task, path, float(decoded.caps[0]))
-        if plan is None:
-            return None
-        slower = float(decoded.stretches[0]) ** 2
-        return PathPlan(path, plan.s, plan.x / slower, plan.u / slower)
+        return plan.stretched(float(decoded.stretches[0])) if plan is not None else None
 
     @property
     def _n_shape_genes(self) -> int:
