@@ -28,7 +28,7 @@ WINDOW = 50  # pictures over which a rate is taken: 5 s of them
 class ProgressMode(enum.StrEnum):
     """How a run shows its progress."""
 
-    BAR = "bar"
+    AUTO = "auto"
     QUIET = "quiet"
     JSON = "json"
 

@@ -169,7 +169,7 @@ def test_quiet_shows_nothing(capsys):
 
 
 def test_a_pipe_gets_plain_lines_on_standard_error(capsys):
-    progress = open_progress(ProgressMode.BAR)
+    progress = open_progress(ProgressMode.AUTO)
 
     progress.start(Outline("case 1", 3))
     progress.finish("done")

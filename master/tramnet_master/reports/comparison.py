@@ -44,11 +44,11 @@ def draw_comparison(record: RunRecord, plan: Trajectory) -> Figure:
     bars = motion_times(record, plan)
     above = 0.75 + BAR * len(bars)
     below = height_for(plan.n_joints) - 0.4
-    least = record.number("limit_time_s")
+    least = record.found.number("limit_time_s")
     title = "The plan and the straight line"
     if least is not None:
         title = "The plan, the straight line and the least time"
-    figure = new_figure(above + below, title, record.caption)
+    figure = new_figure(above + below, title, record.found.caption)
     grid = figure.add_gridspec(2, 1, height_ratios=[above, below])
     _draw_bars(figure.add_subfigure(grid[0]).add_subplot(), bars, least)
     panels = joint_axes(figure.add_subfigure(grid[1]), plan.n_joints, "angle [rad]")
@@ -62,10 +62,10 @@ def draw_comparison(record: RunRecord, plan: Trajectory) -> Figure:
 def motion_times(record: RunRecord, plan: Trajectory) -> list[Bar]:
     """The motion times there are, the paper's first and the least last."""
     known = [
-        Bar("paper", record.number("paper") or 0.0, PAPER),
+        Bar("paper", record.found.number("paper") or 0.0, PAPER),
         Bar("this plan", float(plan.t[-1]), PLAN),
-        Bar("straight line", record.number("straight_line_time_s") or 0.0, LINE),
-        Bar("least time T*", record.number("limit_time_s") or 0.0, LIMIT),
+        Bar("straight line", record.found.number("straight_line_time_s") or 0.0, LINE),
+        Bar("least time T*", record.found.number("limit_time_s") or 0.0, LIMIT),
     ]
     return [bar for bar in known if bar.time > 0.0]
 
@@ -97,7 +97,7 @@ def _draw_joint(axes: Axes, i: int, record: RunRecord, plan: Trajectory) -> None
     line = record.straight_line
     if line is not None:
         axes.plot(line.t, line.q[:, i], color=LINE, linestyle="--", label="straight line")
-    least = record.number("limit_time_s")
+    least = record.found.number("limit_time_s")
     if least is not None:
         axes.axvline(least, color=LIMIT, linestyle=":", linewidth=1.4, label="least time T*")
     axes.margins(x=0.02, y=0.08)

@@ -40,8 +40,8 @@ def draw_objective(record: RunRecord) -> Figure:
     axes.plot(at, best, color=SKY, linewidth=1.0, label=f"best {of}")
     so_far = _blocks(history["best_so_far"], size, np.min)
     axes.step(at, so_far, where="post", color=PLAN, linewidth=2.2, label="best so far")
-    paper = record.number("paper")
-    if paper is not None and record.result.get("case") in TIME_CASES:
+    paper = record.found.number("paper")
+    if paper is not None and record.found.number("case") in TIME_CASES:
         axes.axhline(paper, color=PAPER, linestyle="--", linewidth=1.3, label=f"paper: {paper:g}")
     _scale(axes, [mean, best, so_far])
     axes.set_xlabel("generation")
@@ -52,11 +52,11 @@ def draw_objective(record: RunRecord) -> Figure:
 
 
 def _caption(record: RunRecord) -> str:
-    best = record.result.get("best")
-    if not isinstance(best, dict) or best.get("objective") is None:
-        return record.caption
+    best = record.found.table("best")
+    if best.get("objective") is None:
+        return record.found.caption
     found = f"best {best['objective']:.4f}, first in generation {best['generation']}"
-    return f"{record.caption}  ·  {found}"
+    return f"{record.found.caption}  ·  {found}"
 
 
 def _blocks(values: Array, size: int, reduce: Callable[[Array], np.float64]) -> Array:

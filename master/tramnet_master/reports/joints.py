@@ -54,8 +54,8 @@ def height_for(n_joints: int) -> float:
 def draw_position(record: RunRecord, plan: Trajectory) -> Figure:
     """Joint angles over time, with the plan's nodes; limits where the motion comes near them."""
     figure, panels = _panels(record, "Joint positions", plan, "angle [rad]")
-    lower = record.limits("position_lower_rad") or [None] * plan.n_joints
-    upper = record.limits("position_upper_rad") or [None] * plan.n_joints
+    lower = record.found.limits("position_lower_rad", plan.n_joints)
+    upper = record.found.limits("position_upper_rad", plan.n_joints)
     for i, axes in enumerate(panels):
         axes.plot(plan.t, plan.q[:, i], color=PLAN, label="plan")
         if record.nodes is not None and len(record.nodes.t) <= MOST_NODES:
@@ -69,7 +69,7 @@ def draw_position(record: RunRecord, plan: Trajectory) -> Figure:
 def draw_torque(record: RunRecord, plan: Trajectory) -> Figure:
     """Joint torques over time, between their dashed limits."""
     figure, panels = _panels(record, "Joint torques and their limits", plan, "torque [N m]")
-    limits = record.limits("torque_nm") or [None] * plan.n_joints
+    limits = record.found.limits("torque_nm", plan.n_joints)
     for axes, tau, limit in zip(panels, plan.tau.T, limits, strict=True):
         axes.plot(plan.t, tau, color=PLAN, label="plan")
         if limit is not None:
@@ -82,7 +82,7 @@ def draw_torque(record: RunRecord, plan: Trajectory) -> Figure:
 def draw_velocity(record: RunRecord, plan: Trajectory) -> Figure:
     """Joint velocities over time, with the limits there are."""
     figure, panels = _panels(record, "Joint velocities", plan, "velocity [rad/s]")
-    limits = record.limits("velocity_rad_s") or [None] * plan.n_joints
+    limits = record.found.limits("velocity_rad_s", plan.n_joints)
     for axes, qd, limit in zip(panels, plan.qd.T, limits, strict=True):
         axes.plot(plan.t, qd, color=PLAN, label="plan")
         if limit is not None:
@@ -104,7 +104,7 @@ def draw_acceleration(record: RunRecord, plan: Trajectory) -> Figure:
 def _panels(
     record: RunRecord, title: str, plan: Trajectory, unit: str
 ) -> tuple[Figure, list[Axes]]:
-    caption = f"{record.caption}  ·  {plan.t[-1]:.4f} s"
+    caption = f"{record.found.caption}  ·  {plan.t[-1]:.4f} s"
     figure = new_figure(height_for(plan.n_joints), title, caption)
     return figure, joint_axes(figure, plan.n_joints, unit)
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_master.csv_tables import read_table
-from tramnet_master.run_folder import HISTORY, NODES, STRAIGHT_LINE, TRAJECTORY, RunFolder
+from tramnet_master.reports.findings import Findings
+from tramnet_master.run_folder import HISTORY, NODES, STRAIGHT_LINE, TRAJECTORY
 from tramnet_master.trajectories import Trajectory, joined, times
 
 Array = NDArray[np.float64]
@@ -36,7 +37,7 @@ class RunRecord:
 
     Attributes:
         folder: The folder.
-        result: The keys of ``result.json``.
+        found: What ``result.json`` says.
         history: Columns of ``history.csv``.
         plan: The plan that was found.
         straight_line: The straight line, timed optimally.
@@ -45,7 +46,7 @@ class RunRecord:
     """
 
     folder: Path
-    result: dict[str, object]
+    found: Findings
     history: dict[str, Array]
     plan: Trajectory | None
     straight_line: Trajectory | None
@@ -62,32 +63,13 @@ class RunRecord:
         """
         return cls(
             folder=folder,
-            result=RunFolder(folder).result(),
+            found=Findings.read(folder),
             history=read_table(folder / HISTORY),
             plan=_trajectory(folder / TRAJECTORY),
             straight_line=_trajectory(folder / STRAIGHT_LINE),
             nodes=_nodes(folder / NODES),
             servos=_servos(folder),
         )
-
-    def number(self, key: str) -> float | None:
-        """A number of the result, or None where it has none."""
-        value = self.result.get(key)
-        return float(value) if isinstance(value, int | float) else None
-
-    def limits(self, key: str) -> list[float | None]:
-        """A limit a joint, None where a joint has none; empty where the run knows no limits."""
-        limits = self.result.get("limits")
-        values = limits.get(key) if isinstance(limits, dict) else None
-        return values if isinstance(values, list) else []
-
-    @property
-    def caption(self) -> str:
-        """What ran, in a line: job, case, robot, method and seed."""
-        said = self.result
-        case = f"case {said['case']}" if said.get("case") is not None else "own task"
-        parts = [said.get("experiment"), case, said.get("robot"), said.get("method")]
-        return "  ·  ".join([*(str(part) for part in parts if part), f"seed {said.get('seed')}"])
 
 
 def _trajectory(path: Path) -> Trajectory | None:

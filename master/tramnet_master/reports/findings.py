@@ -1,0 +1,61 @@
+"""The keys of a ``result.json`` as reports ask for them: what a run lacks is None or empty, never an error."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from tramnet_master.run_folder import RunFolder
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a run found.
+
+    Attributes:
+        keys: The keys of its ``result.json``.
+    """
+
+    keys: Mapping[str, object]
+
+    @classmethod
+    def read(cls, folder: Path) -> Self:
+        """Read the result of a run folder.
+
+        Raises:
+            NotARunFolder: There is no finished run in it.
+            DamagedFile: The result is torn.
+        """
+        return cls(RunFolder(folder).result())
+
+    def number(self, key: str) -> float | None:
+        """A number, or None where there is none."""
+        value = self.keys.get(key)
+        return float(value) if isinstance(value, int | float) else None
+
+    def text(self, key: str) -> str:
+        """A value in words, empty where there is none."""
+        value = self.keys.get(key)
+        return "" if value is None else str(value)
+
+    def table(self, key: str) -> Mapping[str, object]:
+        """A map, empty where there is none."""
+        value = self.keys.get(key)
+        return value if isinstance(value, dict) else {}
+
+    def rows(self, key: str) -> list[Mapping[str, object]]:
+        """A list of maps, empty where there is none."""
+        value = self.keys.get(key)
+        return [row for row in value if isinstance(row, dict)] if isinstance(value, list) else []
+
+    def limits(self, key: str, n_joints: int) -> list[float | None]:
+        """A limit a joint, None where a joint has none or the run does not say."""
+        values = self.table("limits").get(key)
+        return values if isinstance(values, list) and len(values) == n_joints else [None] * n_joints
+
+    @property
+    def caption(self) -> str:
+        """What ran, in a line: job, case, robot, method and seed."""
+        case = f"case {self.text('case')}" if self.text("case") else "own task"
+        parts = [self.text("experiment"), case, self.text("robot"), self.text("method")]
+        return "  ·  ".join([*(part for part in parts if part), f"seed {self.text('seed')}"])

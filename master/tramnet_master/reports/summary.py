@@ -1,0 +1,119 @@
+"""What a run found, for the terminal: the figures that matter, and what the verification says."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from tramnet_master.console import people
+from tramnet_master.progress import plural
+from tramnet_master.reports.findings import Findings
+
+Fact = tuple[str, str]
+
+COMPARED = {
+    "paper": "paper",
+    "straight line": "straight_line_time_s",
+    "least time T*": "limit_time_s",
+}
+"""What the motion time is compared with: names, and keys of the result."""
+
+
+def print_summary(folder: Path, console: Console = people) -> None:
+    """Print what a finished run found.
+
+    Args:
+        folder: Its folder.
+        console: Where to.
+
+    Raises:
+        NotARunFolder: There is no finished run in it.
+        DamagedFile: Its result is torn.
+    """
+    found = Findings.read(folder)
+    console.print(Text(found.caption, style="bold"))
+    facts = Table.grid(padding=(0, 2))
+    for name, text in facts_of(found):
+        facts.add_row(name, text)
+    console.print(facts)
+    if found.rows("verification"):
+        console.print(verification_table(found.rows("verification")))
+        console.print(verdict(found))
+    console.print(f"results in {folder}", markup=False, soft_wrap=True)
+
+
+def facts_of(found: Findings) -> Iterator[Fact]:
+    """The figures of a run, each with its name."""
+    best = found.table("best")
+    yield "objective", f"{_short(best.get('objective'))}, first in generation {best['generation']}"
+    yield from _motion(found)
+    yield "evaluations", _evaluations(found)
+    lost, condemned = found.number("lost_workers") or 0, len(found.rows("condemned"))
+    workers = int(found.number("workers") or 0)
+    yield (
+        "workers",
+        f"{workers} {plural('worker', workers)} in a {found.text('topology')}, {lost:g} lost, "
+        f"{condemned} {plural('individual', condemned)} condemned",
+    )
+    yield "population", f"SHA-256 {found.text('final_population_sha256')[:16]}.."
+    if found.keys.get("reproducible") is False:
+        yield "", "[yellow]not reproducible: workers of other arithmetic were admitted[/yellow]"
+
+
+def _motion(found: Findings) -> Iterator[Fact]:
+    time = found.number("motion_time_s")
+    if time is None:
+        return
+    yield "motion time", f"{time:.4f} s"
+    for name, key in COMPARED.items():
+        other = found.number(key)
+        if other:
+            yield f"  {name}", f"{other:.4f} s, the plan takes {time / other - 1:+.1%}"
+    yield "end velocity", f"{_short(found.number('end_velocity_rad_s'))} rad/s, over all joints"
+
+
+def _evaluations(found: Findings) -> str:
+    text = f"{found.number('evaluations') or 0:,.0f} in {found.number('wall_seconds') or 0:.2f} s"
+    rate, overhead = (
+        found.number("evaluations_per_second"),
+        found.number("network_overhead_fraction"),
+    )
+    if rate is not None:
+        text += f", {rate:,.0f} a second"
+    if overhead is not None:
+        text += f", network overhead {overhead:.0%}"
+    return text
+
+
+def verification_table(checks: list[Mapping[str, object]]) -> Table:
+    """The checks of a plan, a line each, good ones green and failed ones red."""
+    table = Table(title="Verification of the plan", title_justify="left", title_style="")
+    table.add_column("check")
+    table.add_column("found", justify="right")
+    table.add_column("limit", justify="right")
+    table.add_column("")
+    for check in checks:
+        unit = str(check.get("unit") or "")
+        good = bool(check.get("passed"))
+        table.add_row(
+            str(check.get("name")),
+            f"{_short(check.get('value'))} {unit}".rstrip(),
+            "" if check.get("limit") is None else f"{_short(check.get('limit'))} {unit}".rstrip(),
+            "" if check.get("limit") is None else "ok" if good else "FAILED",
+            style="green" if good else "bold red",
+        )
+    return table
+
+
+def verdict(found: Findings) -> Text:
+    """Whether the plan can be executed as it is."""
+    failed = [str(check.get("name")) for check in found.rows("verification") if not check["passed"]]
+    if not failed:
+        return Text("The plan passed every check.", style="green")
+    return Text(f"The plan FAILED: {', '.join(failed)}.", style="bold red")
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, int | float) else "none"
