@@ -80,6 +80,7 @@ class Check(Struct, frozen=True):
         limit: The value that is still good, in the same unit; None where the line only informs.
         unit: Unit of both, empty for a ratio.
         passed: Whether it is good.
+        at_least: Whether larger values than the limit are good, not smaller ones.
     """
 
     name: str
@@ -87,6 +88,7 @@ class Check(Struct, frozen=True):
     limit: float | None
     unit: str
     passed: bool
+    at_least: bool = False
 
 
 class Limits(Struct, frozen=True):
@@ -95,14 +97,14 @@ class Limits(Struct, frozen=True):
     Attributes:
         torque_nm: Largest torques [N m].
         velocity_rad_s: Largest speeds, None where there is none [rad/s].
-        position_lower_rad: Smallest angles [rad].
-        position_upper_rad: Largest angles [rad].
+        position_lower_rad: Smallest angles, None where there is none [rad].
+        position_upper_rad: Largest angles, None where there is none [rad].
     """
 
     torque_nm: list[float]
     velocity_rad_s: list[float | None]
-    position_lower_rad: list[float]
-    position_upper_rad: list[float]
+    position_lower_rad: list[float | None]
+    position_upper_rad: list[float | None]
 
 
 class MotionResult(Result, frozen=True, kw_only=True):
@@ -125,6 +127,7 @@ class MotionResult(Result, frozen=True, kw_only=True):
         network_overhead_fraction: Share of the run in which no worker computed.
         verified: Whether every check passed.
         verification: The checks.
+        failures: Why the plan cannot be carried out, in words; empty if it can.
     """
 
     robot: str
@@ -143,6 +146,7 @@ class MotionResult(Result, frozen=True, kw_only=True):
     network_overhead_fraction: float | None
     verified: bool
     verification: list[Check]
+    failures: list[str]
 
 
 def write_result(path: Path, result: Result) -> None:

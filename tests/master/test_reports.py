@@ -67,8 +67,10 @@ def result(n_joints: int) -> MotionResult:
         verification=[
             Check("torque over its limit", 1.04, 1.001, "", False),
             Check("open-loop error at the end", 1.2e-9, 1e-6, "rad", True),
+            Check("margin to the limits", 0.5, 0.0, "rad", True, at_least=True),
             Check("rms jerk", 652.0, None, "rad/s³", True),
         ],
+        failures=["joint 1 needs 104.02 % of its torque limit of 97.6 N m"],
     )  # fmt: skip
 
 
@@ -367,14 +369,13 @@ def test_a_failed_check_is_red_and_a_good_one_green(tmp_path):
     red, green = "\x1b[1;31m", "\x1b[32m"
     assert any(red in line and "torque over its limit" in line for line in lines)
     assert any(green in line and "open-loop error" in line for line in lines)
-    assert any(red in line and "The plan FAILED: torque over its limit." in line for line in lines)
+    assert any(red in line and "The plan FAILED: joint 1 needs 104.02 %" in line for line in lines)
 
 
 def test_a_plan_that_passes_every_check_is_said_to(tmp_path):
     folder = fill(tmp_path / "run", 2)
-    change_result(
-        folder, verification=[{"name": "torque", "value": 1.0, "limit": 1.001, "passed": True}]
-    )
+    good = {"name": "torque", "value": 1.0, "limit": 1.001, "passed": True}
+    change_result(folder, verification=[good], failures=[])
 
     assert "The plan passed every check." in printed(folder)
 

@@ -57,6 +57,7 @@ def result() -> MotionResult:
         network_overhead_fraction=0.3,
         verified=False,
         verification=[Check("torque ratio", 1.04, 1.001, "", False)],
+        failures=["joint 1 needs 104.02 % of its torque limit of 97.6 N m"],
     )
 
 
@@ -75,6 +76,7 @@ def test_a_result_of_a_motion_has_its_own_keys_too(tmp_path):
     assert document["limits"]["velocity_rad_s"] == [None, 1.51]
     assert document["verification"] == [
         {"name": "torque ratio", "value": 1.04, "limit": 1.001, "unit": "", "passed": False}
+        | {"at_least": False}
     ]
 
 

@@ -95,12 +95,11 @@ def verification_table(checks: list[Mapping[str, object]]) -> Table:
     table.add_column("limit", justify="right")
     table.add_column("")
     for check in checks:
-        unit = str(check.get("unit") or "")
         good = bool(check.get("passed"))
         table.add_row(
             str(check.get("name")),
-            f"{_short(check.get('value'))} {unit}".rstrip(),
-            "" if check.get("limit") is None else f"{_short(check.get('limit'))} {unit}".rstrip(),
+            _with_unit(check, "value"),
+            _limit(check),
             "" if check.get("limit") is None else "ok" if good else "FAILED",
             style="green" if good else "bold red",
         )
@@ -108,11 +107,23 @@ def verification_table(checks: list[Mapping[str, object]]) -> Table:
 
 
 def verdict(found: Findings) -> Text:
-    """Whether the plan can be executed as it is."""
+    """Whether the plan can be carried out, and if not, why."""
     failed = [str(check.get("name")) for check in found.rows("verification") if not check["passed"]]
-    if not failed:
+    reasons = found.keys.get("failures")
+    if not failed and not reasons:
         return Text("The plan passed every check.", style="green")
-    return Text(f"The plan FAILED: {', '.join(failed)}.", style="bold red")
+    said = [str(reason) for reason in reasons] if isinstance(reasons, list) and reasons else failed
+    return Text("The plan FAILED: " + ";\n  ".join(said) + ".", style="bold red")
+
+
+def _limit(check: Mapping[str, object]) -> str:
+    if check.get("limit") is None:
+        return ""
+    return f"{'≥' if check.get('at_least') else '≤'} {_with_unit(check, 'limit')}"
+
+
+def _with_unit(check: Mapping[str, object], key: str) -> str:
+    return f"{_short(check.get(key))} {check.get('unit') or ''}".rstrip()
 
 
 def _short(value: object) -> str:
