@@ -24,6 +24,7 @@ Builder = Callable[[Mapping[str, object]], Problem]
 _BUILT_IN: Mapping[str, str] = {
     "sphere": "tramnet_workers.problems.sphere:Sphere.from_parameters",
     "puma560-grid": "tramnet_workers.problems.grid_motion:GridMotion.from_parameters",
+    "puma560-smooth": "tramnet_workers.problems.smooth_motion:SmoothMotion.from_parameters",
 }
 
 
