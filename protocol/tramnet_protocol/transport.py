@@ -27,6 +27,7 @@ from tramnet_protocol.errors import (
 from tramnet_protocol.keys import check_network
 from tramnet_protocol.limits import MAX_MESSAGE_BYTES
 from tramnet_protocol.settings import Settings, client_settings, protocol_of, root_settings
+from tramnet_protocol.tokens import TokenView
 
 _CONGESTION = {
     Lane.LINK: zenoh.CongestionControl.BLOCK,
@@ -40,7 +41,7 @@ _PRIORITY = {
 }
 _SOURCE_LINE = re.compile(r"\s+at /\S+\.rs:\d+\.?")
 _ANY_INTERFACE = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}
-_OWN_ADMIN_SPACE_SECONDS = 5.0
+_LOCAL_ANSWER_SECONDS = 5.0
 
 
 def open_root(network: str, listen: Sequence[str], observers: str | None = None) -> "ZenohChannel":
@@ -151,13 +152,17 @@ class ZenohChannel:
 
     def watch_tokens(self, key: str, deliver: Callable[[str, bool], None]) -> None:
         """Have the tokens that match a pattern delivered: key, and whether it appears or disappears."""
+        view = TokenView(deliver)
 
         def hand_on(sample: zenoh.Sample) -> None:
-            deliver(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+            view.change(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         try:
-            watcher = self._session.liveliness().declare_subscriber(key, hand_on, history=True)
-            self._receivers.append(watcher)
+            liveliness = self._session.liveliness()
+            self._receivers.append(liveliness.declare_subscriber(key, hand_on))
+            for reply in liveliness.get(key, timeout=_LOCAL_ANSWER_SECONDS):
+                if reply.ok is not None:
+                    view.found(str(reply.ok.key_expr))
         except zenoh.ZError as error:
             self._fail("watch tokens", key, error)
 
@@ -257,7 +262,7 @@ def _open_client(name: str, connect: str) -> ZenohChannel:
 
 def _real_endpoints(session: zenoh.Session, wanted: Sequence[str]) -> tuple[str, ...]:
     """Return the endpoints a session listens on, in the order they were asked for, with their real ports."""
-    replies = session.get(f"@/{session.zid()}/peer", timeout=_OWN_ADMIN_SPACE_SECONDS)
+    replies = session.get(f"@/{session.zid()}/peer", timeout=_LOCAL_ANSWER_SECONDS)
     found = [json.loads(reply.ok.payload.to_string()) for reply in replies if reply.ok is not None]
     locators = [locator for entry in found for locator in entry["locators"]]
     return tuple(_real_endpoint(endpoint, locators) for endpoint in wanted)
