@@ -1,7 +1,8 @@
 """What one watcher of tokens was told: what was there at the start, and every change since, in a sound order.
 
-Zenoh's own history may tell of a token after it told that the token is gone, for it comes on another thread; a dead
-node would then be alive for good. So what was there before is asked for apart, and what was heard since counts more.
+Zenoh's own history may tell of a token after it told that the token is gone, for it comes on another thread; a
+dead node would then be alive for good. So what was there before is asked for apart, and what was heard since counts
+more.
 """
 
 import threading
