@@ -1,0 +1,153 @@
+"""Wang & Zalzala (1995): minimum-time motion of the PUMA 560; cases 1-7, and anybody's own task.
+
+Two methods. ``wang-zalzala`` is the paper's, on its grid of joint angles. ``smooth`` is today's: a genetic
+algorithm over smooth paths, each timed as fast as the torques allow.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, TypeVar
+
+import msgspec
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from tramnet_master.engines.farmed import GenerationalEngine
+from tramnet_master.errors import InvalidOption, RunFailed
+from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.motion_results import motion_result, write_motion
+from tramnet_master.results import MotionResult
+from tramnet_master.run_folder import OpenRunFolder
+from tramnet_protocol.messages import Setup
+from tramnet_workers.evolution import smooth
+from tramnet_workers.evolution.algorithm import Algorithm
+from tramnet_workers.problems.motion_task import MotionTask
+from tramnet_workers.problems.plan import Plan
+from tramnet_workers.problems.smooth_motion import SmoothMotion
+from tramnet_workers.problems.straight_line import straight_line
+
+NAME = "puma560"
+
+Settings = TypeVar("Settings", bound=Struct)
+
+
+class Puma560Options(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What is run.
+
+    Attributes:
+        task: The motion, as plain values.
+        method: ``wang-zalzala`` or ``smooth``.
+        case: Case of the paper, or None for a user's own task.
+        paper: The paper's motion time for that case [s], or None.
+        seed: Seed of all random streams.
+        population: Individuals in a generation, or None for the method's own.
+        generations: Number of generations, or None for the method's own.
+        settings: Settings of the method that differ from its own.
+    """
+
+    task: dict[str, object]
+    method: str = "wang-zalzala"
+    case: int | None = None
+    paper: float | None = None
+    seed: int = 1
+    population: int | None = None
+    generations: int | None = None
+    settings: dict[str, object] = {}
+
+
+class Planner(NamedTuple):
+    """A method made ready for a task.
+
+    Attributes:
+        setup: The problem, as workers build it.
+        algorithm: What breeds.
+        generations: Number of generations.
+        plan: Turns a chromosome into its motion, or None where it has none.
+    """
+
+    setup: Setup
+    algorithm: Algorithm
+    generations: int
+    plan: Callable[[NDArray[np.generic]], Plan | None]
+
+
+def prepare(options: Puma560Options) -> Experiment:
+    """Prepare a run.
+
+    Raises:
+        InvalidTask: The task makes no sense.
+        InvalidOption: The method or one of its settings is unknown or wrong.
+    """
+    task = MotionTask.from_parameters(options.task)
+    if options.method not in METHODS:
+        raise InvalidOption("--method", repr(options.method), f"one of {', '.join(METHODS)}")
+    planner = METHODS[options.method](task, options)
+    engine = GenerationalEngine(planner.algorithm, planner.generations)
+
+    def conclude(folder: OpenRunFolder, common: Common, timing: Timing) -> MotionResult:
+        plan = planner.plan(engine.best.genome)
+        if plan is None:
+            raise RunFailed(
+                "no motion was found: the arm is too weak, or its limits too narrow, for any path "
+                f"that was tried (best objective {engine.best.objective:g})"
+            )
+        line = straight_line(task)
+        write_motion(folder.path, task, plan, line)
+        return motion_result(common, timing, task, plan, line)
+
+    return Experiment(
+        name=NAME,
+        method=options.method,
+        case=options.case,
+        seed=options.seed,
+        population_size=planner.algorithm.population_size,
+        generations=planner.generations,
+        setup=planner.setup,
+        engine=engine,
+        document=msgspec.to_builtins(options),
+        paper=options.paper,
+        conclude=conclude,
+    )
+
+
+def restore(document: Mapping[str, object]) -> Experiment:
+    """Prepare the run that a ``run.toml`` describes again.
+
+    Raises:
+        InvalidOption: The file does not say what tramnet wrote.
+    """
+    try:
+        return prepare(msgspec.convert(document[NAME], Puma560Options, strict=True))
+    except (KeyError, msgspec.ValidationError) as error:
+        raise InvalidOption(
+            "run.toml", str(error), f"the table {NAME} that tramnet wrote"
+        ) from error
+
+
+def _smooth(task: MotionTask, options: Puma560Options) -> Planner:
+    problem = SmoothMotion(task)
+    generations = options.generations or smooth.GENERATIONS
+    algorithm = smooth.SmoothEvolution(
+        options.seed,
+        options.population or smooth.POPULATION_SIZE,
+        generations,
+        problem.lower,
+        problem.upper,
+        _settings(options, smooth.SmoothSettings),
+    )
+    return Planner(Setup(problem.name, problem.parameters()), algorithm, generations, problem.plan)
+
+
+def _settings(options: Puma560Options, kind: type[Settings]) -> Settings:
+    try:
+        return msgspec.convert(options.settings, kind, strict=True)
+    except msgspec.ValidationError as error:
+        known = ", ".join(kind.__struct_fields__)
+        raise InvalidOption(
+            "--set", str(error), f"settings of {options.method}: {known}"
+        ) from error
+
+
+METHODS: Mapping[str, Callable[[MotionTask, Puma560Options], Planner]] = {
+    "smooth": _smooth,
+}
