@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from tramnet_protocol.codec import Frame, Header, decode, encode
-from tramnet_protocol.errors import MalformedFrame
+from tramnet_protocol.errors import MalformedFrame, ProtocolError, UnknownKey
 from tramnet_protocol.keys import Keys, parse
-from tramnet_protocol.messages import LinkCounters, Message, Wiring
+from tramnet_protocol.messages import MAX_WORD, LinkCounters, Message, Wiring
 from tramnet_protocol.sequences import SequenceChecker, SequenceCounter
 from tramnet_protocol.topology import graph_of
 
@@ -113,14 +113,17 @@ class Exchange:
             key: The link topic.
             payload: What arrived on it.
         """
-        hop = parse(key).seats[0]
+        try:
+            hop = parse(key).seats[0]
+        except UnknownKey as error:
+            self._refuse(key, error)
+            return None
         traffic = self._received.setdefault(hop, _Traffic())
         try:
             frame = decode(payload)
         except MalformedFrame as error:
-            self.malformed += 1
             traffic.dropped += 1
-            _log.warning("dropped a frame on %s: %s", key, error)
+            self._refuse(key, error)
             return None
         traffic.frames += 1
         traffic.bytes += len(payload)
@@ -140,12 +143,17 @@ class Exchange:
             yield LinkCounters(own, hop, sent.frames, sent.bytes, sent.dropped)
         for hop, got in self._received.items():
             checker = self._checkers.get(hop)
-            gaps = checker.missed if checker is not None else 0
+            gaps = min(checker.missed, MAX_WORD) if checker is not None else 0
             yield LinkCounters(hop, own, got.frames, got.bytes, got.dropped, gaps)
 
     def forget(self, seat: int) -> None:
         """Begin the link with a TRAM anew: another worker will take that seat."""
         self._checkers.pop(seat, None)
+        self._numbers.reopen(seat)
+
+    def _refuse(self, key: str, error: ProtocolError) -> None:
+        self.malformed += 1
+        _log.warning("dropped a frame on %s: %s", key[:120], error)
 
     def _is_ours(self, header: Header) -> bool:
         return (

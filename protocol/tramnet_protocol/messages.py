@@ -17,10 +17,11 @@ from msgspec import Meta, Struct
 from tramnet_protocol.arrays import Array
 
 PROTOCOL_VERSION = 1
+MAX_WORD = 2**63 - 1
 
 Count: TypeAlias = Annotated[int, Meta(ge=0, le=2**32 - 1)]
 Seat: TypeAlias = Annotated[int, Meta(ge=0, le=4095)]
-Word: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
+Word: TypeAlias = Annotated[int, Meta(ge=0, le=MAX_WORD)]
 Seconds: TypeAlias = Annotated[float, Meta(ge=0.0, le=1e12)]
 Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=120)]
 Text: TypeAlias = Annotated[str, Meta(max_length=4000)]

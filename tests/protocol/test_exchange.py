@@ -96,3 +96,29 @@ def test_credit_comes_back_when_a_message_is_taken_out():
 
     assert inbox.empty
     assert not inbox.dropped
+
+
+@pytest.mark.parametrize("source", ["x", "*", "99999", "01"])
+def test_a_key_that_is_no_link_is_counted_and_dropped(worker, source):
+    _, payload = Exchange(KEYS, ROOT_ID, WIRING).outgoing((1, 3), Stop("x"))
+
+    assert worker.incoming(f"tramnet/v1/net/link/{source}/1", payload) is None
+    assert worker.malformed == 1
+
+
+def test_a_link_to_a_seat_that_another_worker_takes_is_numbered_from_zero(root):
+    root.outgoing((1, 3), Stop("x"))
+
+    root.forget(1)
+
+    assert decode(root.outgoing((1, 4), Stop("x"))[1]).header.sequence == 0
+
+
+def test_gaps_beyond_counting_still_travel_in_statistics(worker):
+    for sequence in (1, 2**63 - 1, 0, 2**63 - 1):
+        header = Header(run=5, destination=1, destination_incarnation=3, sequence=sequence)
+        worker.incoming(KEYS.link(0, 1), encode(header, Stop("x")))
+
+    (counters,) = worker.counters()
+
+    assert counters.gaps == 2**63 - 1
