@@ -7,7 +7,7 @@ import signal
 import socket
 
 import pytest
-from conftest import end, is_alive, wait_until
+from processes import end, is_alive, wait_until
 
 from tramnet_master.experiments.own_problem import OwnProblemOptions, prepare
 from tramnet_master.experiments.runner import population_hash

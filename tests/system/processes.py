@@ -1,0 +1,135 @@
+"""Real runs in processes of their own, each in a runtime folder of its own; nothing of them outlives its test."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tramnet_master import networks
+from tramnet_master.control import ask
+from tramnet_master.errors import NoNetwork
+from tramnet_protocol.errors import ProtocolError
+from tramnet_protocol.messages import ControlRequest
+
+PATIENCE = 120.0
+"""Longest wait for a condition, on a machine that does much else [s]."""
+
+
+def wait_until(condition: Callable[[], object], what: str) -> None:
+    """Wait for a condition, and fail with its name."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, f"waited {PATIENCE:g} s for {what}"
+        time.sleep(0.01)
+
+
+class Run:
+    """A ``tramnet`` command in a process of its own."""
+
+    def __init__(self, folder: Path, arguments: list[str]) -> None:
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "tramnet_master", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        self.output = ""
+
+    @property
+    def pid(self) -> int:
+        return self.process.pid
+
+    def status(self) -> dict[str, object]:
+        """What the root says of itself, or nothing where it does not answer."""
+        try:
+            return ask(networks.find(), ControlRequest("status")).status
+        except (NoNetwork, ProtocolError):
+            return {}
+
+    def workers(self) -> list[int]:
+        """Process ids of the live workers."""
+        members = self.status().get("workers", [])
+        return [member["pid"] for member in members if member["live"]]
+
+    def wait_for_workers(self, count: int) -> list[int]:
+        wait_until(lambda: len(self.workers()) >= count, f"{count} workers")
+        return self.workers()
+
+    def wait_for_generation(self, number: int) -> None:
+        wait_until(
+            lambda: self.status().get("generation", -1) >= number or self.ended,
+            f"generation {number}",
+        )
+
+    @property
+    def ended(self) -> bool:
+        return self.process.poll() is not None
+
+    def finish(self) -> int:
+        """Wait for the end; return the exit code."""
+        out, err = self.process.communicate(timeout=PATIENCE)
+        self.output = out + err
+        return self.process.returncode
+
+    def result(self) -> dict[str, object]:
+        code = self.finish()
+        assert code == 0, self.output
+        return json.loads((self.folder / "result.json").read_text())
+
+
+@pytest.fixture
+def start(tmp_path, monkeypatch) -> Iterator[Callable[..., Run]]:
+    """Starts ``tramnet`` commands; ends them, and checks that nothing of them is left."""
+    (tmp_path / "runtime").mkdir(mode=0o700)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    runs: list[Run] = []
+    pids: list[int] = []
+
+    def begin(*arguments: object, out: str = "run") -> Run:
+        words = [str(word) for word in arguments]
+        if words[0] == "run":
+            words += ["--out", str(tmp_path / out), "--no-pictures", "--progress", "quiet"]
+        runs.append(Run(tmp_path / out, words))
+        pids.append(runs[-1].pid)
+        return runs[-1]
+
+    yield begin
+    for run in runs:
+        pids += descendants(run.pid)
+    for run in runs:
+        if not run.ended:
+            run.process.send_signal(signal.SIGCONT)
+            run.process.kill()
+        run.process.communicate()
+    wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
+
+
+def descendants(pid: int) -> list[int]:
+    """Process ids of the children of a process, and of their children."""
+    found: list[int] = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        try:
+            children = [int(word) for word in task.read_text().split()]
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        found += [*children, *(grand for child in children for grand in descendants(child))]
+    return found
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process exists and is no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def end(pid: int, number: signal.Signals = signal.SIGKILL) -> None:
+    os.kill(pid, number)
