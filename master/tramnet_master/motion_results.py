@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from tramnet_master.experiments.experiment import Common, Timing
-from tramnet_master.results import Check, Limits, MotionResult
+from tramnet_master.results import Check, Limits, MotionResult, ServoResult
 from tramnet_master.run_folder import NODES, STRAIGHT_LINE, TRAJECTORY
 from tramnet_master.sampling import sample_plan
 from tramnet_master.trajectories import write_nodes
@@ -43,7 +43,12 @@ def write_motion(folder: Path, task: MotionTask, plan: Plan, line: Plan | None) 
 
 
 def motion_result(
-    common: Common, timing: Timing, task: MotionTask, plan: Plan, line: Plan | None
+    common: Common,
+    timing: Timing,
+    task: MotionTask,
+    plan: Plan,
+    line: Plan | None,
+    servo: ServoResult | None = None,
 ) -> MotionResult:
     """Verify a plan and put together what ``result.json`` says of it.
 
@@ -53,6 +58,7 @@ def motion_result(
         task: The task.
         plan: The plan that was found.
         line: The straight line, timed optimally, or None where there is none.
+        servo: What replays through a servo showed, if one was asked for.
     """
     found, limit = verify(task, plan), reference_limit(task)
     line_time = line.duration if line is not None else None
@@ -74,6 +80,7 @@ def motion_result(
         verified=found.passed,
         verification=checks_of(task, found),
         failures=list(found.reasons),
+        servo=servo,
     )
 
 

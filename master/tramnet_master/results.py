@@ -107,6 +107,44 @@ class Limits(Struct, frozen=True):
     position_upper_rad: list[float | None]
 
 
+class Tracking(Struct, frozen=True):
+    """How far from the goal a servo leaves an arm whose plan may use a share of the torque limits.
+
+    Attributes:
+        margin: The share.
+        motion_time_s: Duration of the plan, slowed down to it [s].
+        error_rad: Largest distance of a joint from the goal at the end [rad].
+        error_feed_forward_rad: The same with the plan's torques added by the servo [rad].
+    """
+
+    margin: float
+    motion_time_s: float
+    error_rad: float
+    error_feed_forward_rad: float
+
+
+class ServoResult(Struct, frozen=True):
+    """What replays of a plan through a servo showed: Wang & Zalzala (1995), section 6.
+
+    Attributes:
+        period_ms: Time between two set-points [ms].
+        bandwidth_rad_s: Natural frequency of each joint's controller [rad/s].
+        feed_forward: Whether the replay that was written has the plan's torques added.
+        rms_jerk_rad_s3: Root mean square of each joint's jerk, without saturation [rad/s³].
+        rms_jerk_ratio: The same over that with set-points every 1.75 ms, a joint each.
+        peak_command_ratio: Largest torque asked of each joint over its limit.
+        tracking: Errors at the end, for plans that leave the motors less or more to spare.
+    """
+
+    period_ms: float
+    bandwidth_rad_s: float
+    feed_forward: bool
+    rms_jerk_rad_s3: list[float]
+    rms_jerk_ratio: list[float]
+    peak_command_ratio: list[float]
+    tracking: list[Tracking]
+
+
 class MotionResult(Result, frozen=True, kw_only=True):
     """What a run of ``puma560`` writes beside.
 
@@ -128,6 +166,7 @@ class MotionResult(Result, frozen=True, kw_only=True):
         verified: Whether every check passed.
         verification: The checks.
         failures: Why the plan cannot be carried out, in words; empty if it can.
+        servo: What replays through a servo showed, None where none was asked for.
     """
 
     robot: str
@@ -147,6 +186,7 @@ class MotionResult(Result, frozen=True, kw_only=True):
     verified: bool
     verification: list[Check]
     failures: list[str]
+    servo: ServoResult | None = None
 
 
 def write_result(path: Path, result: Result) -> None:

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from rich.console import Console
 
+from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import GenerationRow
 from tramnet_master.errors import DamagedFile, NotARunFolder
 from tramnet_master.history import History
@@ -27,6 +28,7 @@ from tramnet_master.reports.joints import (
 )
 from tramnet_master.reports.paper_table import TABLE_2, CaseOutcome, paper_table
 from tramnet_master.reports.record import RunRecord
+from tramnet_master.reports.servo import draw_servo
 from tramnet_master.reports.style import columns_for, one_look, rows_for
 from tramnet_master.reports.summary import print_summary
 from tramnet_master.results import BestFound, Check, Limits, MotionResult
@@ -335,6 +337,43 @@ def test_a_torn_trajectory_is_told_of(tmp_path):
         write_figures(folder)
 
 
+def write_replay(folder: Path, period: float) -> Path:
+    """A joint that lags behind set-points on a slope of 1 rad/s by 2 mrad."""
+    t = np.append(np.arange(0.0, 0.4, 0.000875), 0.4)
+    path = folder / f"servo-{period:g}ms.csv"
+    write_table(path, {"t_s": t, "reference1_rad": t, "q1_rad": t - 0.002})
+    return path
+
+
+def test_a_replay_through_a_servo_has_its_figure(tmp_path):
+    folder = fill(tmp_path / "run", 1)
+    change_result(folder, goal_rad=[0.4])
+    for period in (28, 1.75):
+        write_replay(folder, period)
+
+    written = [path.name for path in write_figures(folder)]
+
+    assert written[-4:] == [
+        "servo-1.75ms.png", "servo-1.75ms.svg", "servo-28ms.png", "servo-28ms.svg",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("period", "points"), [(28, 15), (7, 58), (1.75, 0)])
+def test_set_points_stand_at_their_period_unless_they_are_too_many(tmp_path, period, points):
+    folder = fill(tmp_path / "run", 1)
+    change_result(folder, goal_rad=[0.4])
+    path = write_replay(folder, period)
+
+    with one_look():
+        figure = drawn(draw_servo(RunRecord.read(folder), period, path))
+
+    (axes,) = figure.axes
+    marked = [line for line in axes.lines if line.get_marker() == "o"]
+    assert sum(len(line.get_xdata()) for line in marked) == points
+    assert axes.get_title("right") == "end error 2 mrad"
+    assert_in_order(figure)
+
+
 @pytest.mark.parametrize("n_joints", range(1, 17))
 def test_all_joints_find_a_place(n_joints):
     rows, columns = rows_for(n_joints), columns_for(n_joints)
@@ -355,7 +394,7 @@ def test_the_summary_says_what_matters(tmp_path):
     for fact in (
         "puma560", "case 1", "akb", "wang-zalzala", "seed 1",
         "0.4269, first in generation 17",
-        "0.3806 s, the plan takes +12.2%", "0.3656 s, the plan takes +16.8%",
+        "0.3806 s; the plan is 12.2% longer", "0.3656 s; the plan is 16.8% longer",
         "2,000 in 0.41 s, 73,000 a second, network overhead 30%",
         "2 workers in a star, 1 lost, 0 individuals condemned",
         "SHA-256 abababababababab",
@@ -378,6 +417,24 @@ def test_a_plan_that_passes_every_check_is_said_to(tmp_path):
     change_result(folder, verification=[good], failures=[])
 
     assert "The plan passed every check." in printed(folder)
+
+
+def test_a_replay_through_a_servo_is_summed_up(tmp_path):
+    folder = fill(tmp_path / "run", 2)
+    tracking = {
+        "margin": 0.9, "motion_time_s": 0.41, "error_rad": 0.0109, "error_feed_forward_rad": 0.0029,
+    }  # fmt: skip
+    servo = {
+        "period_ms": 28.0, "bandwidth_rad_s": 80.0, "feed_forward": False, "rms_jerk_rad_s3": [9.0],
+        "rms_jerk_ratio": [5.03, 5.04], "peak_command_ratio": [4.9], "tracking": [tracking],
+    }  # fmt: skip
+    change_result(folder, servo=servo)
+
+    text = printed(folder)
+
+    assert "set-points every 28 ms" in text
+    assert "90%     0.4100 s         10.9 mrad           2.9 mrad" in text
+    assert "rms jerk: 5.03 to 5.04 times that of 1.75 ms" in text
 
 
 def test_a_run_that_cannot_be_repeated_is_said_to_be_so(tmp_path):

@@ -14,6 +14,7 @@ from tramnet_master.reports.joints import (
     draw_velocity,
 )
 from tramnet_master.reports.record import RunRecord
+from tramnet_master.reports.servo import draw_servo
 from tramnet_master.reports.style import one_look, save
 from tramnet_master.trajectories import Trajectory
 
@@ -46,4 +47,6 @@ def write_figures(folder: Path) -> list[Path]:
         if record.plan is not None:
             for name, draw in _OF_A_PLAN.items():
                 written += save(draw(record, record.plan), folder, name)
+        for period, path in record.servos.items():
+            written += save(draw_servo(record, period, path), folder, path.stem)
     return written

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
+import msgspec
+
+from tramnet_master.results import ServoResult
 from tramnet_master.run_folder import RunFolder
 
 
@@ -48,10 +51,23 @@ class Findings:
         value = self.keys.get(key)
         return [row for row in value if isinstance(row, dict)] if isinstance(value, list) else []
 
+    def column(self, key: str) -> list[float]:
+        """A list of numbers, empty where there is none."""
+        value = self.keys.get(key)
+        return [float(x) for x in value] if isinstance(value, list) else []
+
     def limits(self, key: str, n_joints: int) -> list[float | None]:
         """A limit a joint, None where a joint has none or the run does not say."""
         values = self.table("limits").get(key)
         return values if isinstance(values, list) and len(values) == n_joints else [None] * n_joints
+
+    @property
+    def servo(self) -> ServoResult | None:
+        """What replays through a servo showed, or None where there were none."""
+        try:
+            return msgspec.convert(self.table("servo"), ServoResult)
+        except msgspec.ValidationError:
+            return None
 
     @property
     def caption(self) -> str:

@@ -43,7 +43,9 @@ class Bounds:
         """Draw those there are."""
         for bound in (self.lower, self.upper):
             if bound is not None:
-                axes.axhline(bound, color=BOUND, linestyle="--", linewidth=1.3, label="limit")
+                axes.axhline(
+                    bound, color=BOUND, linestyle="--", linewidth=1.3, label="limit", zorder=3
+                )
 
 
 def height_for(n_joints: int) -> float:

@@ -20,7 +20,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from tramnet_master.files import write_atomically
 
 BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
-SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#808080"
+SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#606060"
 
 PLAN, LINE, LIMIT, BOUND, SERVO, PAPER = BLUE, VERMILION, BLACK, GREY, GREEN, PURPLE
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -10,6 +11,7 @@ from rich.text import Text
 from tramnet_master.console import people
 from tramnet_master.progress import plural
 from tramnet_master.reports.findings import Findings
+from tramnet_master.results import ServoResult
 
 Fact = tuple[str, str]
 
@@ -41,6 +43,8 @@ def print_summary(folder: Path, console: Console = people) -> None:
     if found.rows("verification"):
         console.print(verification_table(found.rows("verification")))
         console.print(verdict(found))
+    if found.servo is not None:
+        console.print(servo_table(found.servo))
     console.print(f"results in {folder}", markup=False, soft_wrap=True)
 
 
@@ -70,8 +74,12 @@ def _motion(found: Findings) -> Iterator[Fact]:
     for name, key in COMPARED.items():
         other = found.number(key)
         if other:
-            yield f"  {name}", f"{other:.4f} s, the plan takes {time / other - 1:+.1%}"
+            yield f"  {name}", f"{other:.4f} s; the plan is {_compared(time / other - 1)}"
     yield "end velocity", f"{_short(found.number('end_velocity_rad_s'))} rad/s, over all joints"
+
+
+def _compared(gap: float) -> str:
+    return f"{abs(gap):.1%} {'longer' if gap > 0 else 'shorter'}"
 
 
 def _evaluations(found: Findings) -> str:
@@ -89,7 +97,7 @@ def _evaluations(found: Findings) -> str:
 
 def verification_table(checks: list[Mapping[str, object]]) -> Table:
     """The checks of a plan, a line each, good ones green and failed ones red."""
-    table = Table(title="Verification of the plan", title_justify="left", title_style="")
+    table = _table("Verification of the plan")
     table.add_column("check")
     table.add_column("found", justify="right")
     table.add_column("limit", justify="right")
@@ -114,6 +122,32 @@ def verdict(found: Findings) -> Text:
         return Text("The plan passed every check.", style="green")
     said = [str(reason) for reason in reasons] if isinstance(reasons, list) and reasons else failed
     return Text("The plan FAILED: " + ";\n  ".join(said) + ".", style="bold red")
+
+
+def servo_table(servo: ServoResult) -> Table:
+    """Errors at the end of replays through a servo, and jerks in the line below."""
+    table = _table(f"Replay through a servo, set-points every {servo.period_ms:g} ms")
+    table.caption = (
+        f"rms jerk: {min(servo.rms_jerk_ratio):.2f} to {max(servo.rms_jerk_ratio):.2f} times "
+        "that of 1.75 ms"
+    )
+    for name in ("torque used", "motion time", "error at its end", "with feed-forward"):
+        table.add_column(name, justify="right")
+    for row in servo.tracking:
+        errors = (row.error_rad, row.error_feed_forward_rad)
+        table.add_row(
+            f"{row.margin:.0%}",
+            f"{row.motion_time_s:.4f} s",
+            *(f"{1000 * error:.3g} mrad" for error in errors),
+        )
+    return table
+
+
+def _table(title: str) -> Table:
+    return Table(
+        title=title, title_justify="left", title_style="bold", caption_justify="left",
+        caption_style="", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0),
+    )  # fmt: skip
 
 
 def _limit(check: Mapping[str, object]) -> str:
