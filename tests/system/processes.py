@@ -59,8 +59,15 @@ class Run:
         return [member["pid"] for member in members if member["live"]]
 
     def wait_for_workers(self, count: int) -> list[int]:
-        wait_until(lambda: len(self.workers()) >= count, f"{count} workers")
-        return self.workers()
+        found: list[int] = []
+
+        def enough() -> bool:
+            assert not self.ended, f"the run ended with {len(found)} workers: {self.finish()}"
+            found[:] = self.workers()
+            return len(found) >= count
+
+        wait_until(enough, f"{count} workers")
+        return found
 
     def wait_for_generation(self, number: int) -> None:
         wait_until(

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.system
 
 GENERATIONS = 25
 SPHERE = ("run", "problem", "sphere", "--population", 40)
-SLOW = (*SPHERE, "--set", "delay=0.002", "--generations", GENERATIONS)
+SLOW = (*SPHERE, "--set", "delay=0.01", "--generations", GENERATIONS)
 
 
 @functools.cache
@@ -65,7 +65,7 @@ def test_workers_that_join_in_mid_run_share_the_work(start):
     run = start(*SLOW, "--workers", 1)
     run.wait_for_generation(1)
 
-    start("scale", 3)
+    assert start("scale", 3).finish() == 0
     joined = run.wait_for_workers(3)
 
     assert len(joined) == 3
