@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 
 from tramnet_workers.errors import InvalidParameters
 from tramnet_workers.kernels.path_objectives import PathTask, path_objectives
-from tramnet_workers.kernels.smooth_paths import path_modes, within_limits
+from tramnet_workers.kernels.smooth_paths import path_modes
 from tramnet_workers.problems.motion_task import MotionTask
+from tramnet_workers.problems.path_limits import path_within_limits
 from tramnet_workers.problems.path_timing import grid, stops, time_path
-from tramnet_workers.problems.plan import PathPlan, SmoothPath
+from tramnet_workers.problems.plan import PathPlan
 from tramnet_workers.problems.straight_line import straight_path
 
 Array = NDArray[np.float64]
@@ -38,8 +39,6 @@ _PACE_GENES = 2
 _TOP_CAP = 1.5  # cap where it begins to matter, in top speeds of the straight line
 _LEAST_CAP = 0.02
 _MOST_STRETCH = 5.0
-_DENSE = 20_000  # intervals of the grid on which a final path is kept within the position limits
-_DRAWN_BACK = 1.0 - 1e-6  # and further back by this, for what lies between the points of that grid
 
 
 class Decoded(NamedTuple):
@@ -140,7 +139,7 @@ class SmoothMotion:
             The plan, or None if no motion can follow the path.
         """
         decoded = self.decode(genome[None])
-        path = _keep_limits(self.task, decoded.amplitudes[0])
+        path = path_within_limits(self.task, decoded.amplitudes[0])
         plan = time_path(self.task, path, float(decoded.caps[0]))
         return plan.stretched(float(decoded.stretches[0])) if plan is not None else None
 
@@ -184,16 +183,6 @@ class SmoothMotion:
             s=s,
             modes=path_modes(s, self.n_modes),
         )
-
-
-def _keep_limits(task: MotionTask, amplitudes: Array) -> SmoothPath:
-    """Return a path that keeps the position limits everywhere, not on a coarse grid only."""
-    s = np.arange(_DENSE + 1) / _DENSE
-    shapes = path_modes(s, amplitudes.shape[1])[0]
-    lower, upper = task.position_lower, task.position_upper
-    kept = within_limits(task.start, task.goal, amplitudes, lower, upper, s, shapes)
-    kept[(kept != amplitudes).any(axis=1)] *= _DRAWN_BACK
-    return SmoothPath(task.start, task.goal, kept)
 
 
 class _Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
