@@ -117,7 +117,7 @@ def test_a_joint_too_weak_on_the_way_swings_through() -> None:
 @pytest.mark.parametrize(
     ("arm", "changes", "seconds"),
     [
-        # Optimal times of the straight line: facts measured with toppra 0.6.10, and our own bars.
+        # Optimal times of the straight line: measured with toppra 0.6.10.
         (akb(), {}, 0.3806),
         (p560(), {}, 0.3536),
         (akb(), {"weights": FREE_END}, 0.2713),
