@@ -41,5 +41,6 @@ class Problem(Protocol):
             genomes: Chromosomes, of shape ``(n, *genome_shape)``; not modified.
 
         Returns:
-            Objectives, of shape (n,); infinite for a chromosome that cannot be decoded.
+            Objectives, of shape (n,), all finite; a large one for a chromosome that cannot be decoded,
+            since infinities and NaN are taken for failed evaluations.
         """
