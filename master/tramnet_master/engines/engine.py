@@ -5,7 +5,7 @@ outcome in whatever order they come, and is finished when it says so. Its state 
 so that it can be written to a checkpoint and restored bit for bit.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -72,7 +72,7 @@ class Engine(Protocol):
     def ask(self) -> list[Work]:
         """Return the work that can be begun now; each piece is handed out once."""
 
-    def tell(self, work: Work, outcome: Outcome) -> GenerationRow | None:
+    def tell(self, work: Work, outcome: Outcome) -> Sequence[GenerationRow]:
         """Take the outcome of a piece of work.
 
         Args:
@@ -80,11 +80,14 @@ class Engine(Protocol):
             outcome: Its outcome.
 
         Returns:
-            The history row of the generation that this outcome completes, or None.
+            The history rows of the generations that this outcome completes.
         """
 
-    def populations(self) -> list[tuple[NDArray[np.generic], NDArray[np.float64]]]:
-        """Return genomes and objectives of each population, as last evaluated, in index order."""
+    def final_arrays(self) -> Sequence[NDArray[np.generic]]:
+        """Return what the hash of the run is taken over, in order.
+
+        For populations, in index order: genomes in slot order, then objectives; for tracking, the path.
+        """
 
     def state(self) -> State:
         """Return everything needed to go on from the last completed generation."""

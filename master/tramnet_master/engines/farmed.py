@@ -68,7 +68,7 @@ class GenerationalEngine:
         work = WorkId(Kind.EVALUATE, 0, self._completed + 1, 0, len(self._genomes))
         return [Evaluate(work, Array.pack(self._genomes))]
 
-    def tell(self, work: Work, outcome: Outcome) -> GenerationRow | None:
+    def tell(self, work: Work, outcome: Outcome) -> list[GenerationRow]:
         """Take the objectives of the current generation and breed the next one."""
         assert isinstance(outcome, Evaluated)
         objectives = outcome.objectives.unpack().astype(np.float64, copy=False)
@@ -79,12 +79,12 @@ class GenerationalEngine:
         if not self.finished:
             bred = self._algorithm.breed(self._genomes, objectives, self._completed)
             self._genomes = _frozen(bred)
-        return row
+        return [row]
 
-    def populations(self) -> list[tuple[NDArray[np.generic], NDArray[np.float64]]]:
+    def final_arrays(self) -> tuple[NDArray[np.generic], ...]:
         """Return genomes and objectives of the population last evaluated."""
         assert self._evaluated is not None, "no generation is complete yet"
-        return [self._evaluated]
+        return self._evaluated
 
     def state(self) -> State:
         """Return the bred population, the number of generations behind it and the best so far."""

@@ -253,11 +253,12 @@ class Root:
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
-            row = engine.tell(*finished)
-            if row is None:
+            rows = engine.tell(*finished)
+            if not rows:
                 continue
             now = time.monotonic()
-            history.append(row, self._elapsed(now))
+            for row in rows:
+                history.append(row, self._elapsed(now))
             self._progress.update(
                 row.generation, row.best_so_far, row.evaluations, len(farm.membership.live)
             )
@@ -408,15 +409,11 @@ class _Past:
 
 
 def population_hash(engine: Engine) -> str:
-    """Return the SHA-256 over an engine's populations.
-
-    In index order, each population's genomes in slot order (little-endian, C order), then its objectives.
-    """
+    """Return the SHA-256 over an engine's final arrays, little-endian and in C order."""
     digest = hashlib.sha256()
-    for genomes, objectives in engine.populations():
-        little = np.ascontiguousarray(genomes, dtype=genomes.dtype.newbyteorder("<"))
+    for array in engine.final_arrays():
+        little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         digest.update(little.tobytes())
-        digest.update(np.ascontiguousarray(objectives, dtype="<f8").tobytes())
     return digest.hexdigest()
 
 
