@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -28,7 +30,7 @@ def answer(first: int, last: int, values: object = None) -> Evaluated:
 def test_however_it_is_cut_and_in_whatever_order_it_comes_back_the_whole_is_the_same(cuts, random):
     collection = open_collection(generation())
     borders = [0, *sorted(cuts), N]
-    pieces = list(zip(borders[:-1], borders[1:], strict=True))
+    pieces = list(itertools.pairwise(borders))
     random.shuffle(pieces)
 
     for first, last in pieces:
