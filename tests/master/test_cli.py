@@ -1,0 +1,58 @@
+import pytest
+
+from tramnet_master.cli import run
+
+
+@pytest.fixture(autouse=True)
+def private_runtime_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("COLUMNS", "200")
+
+
+def test_the_version_is_shown(capsys):
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out.startswith("tramnet 0.")
+
+
+def test_the_installed_problems_are_listed(capsys):
+    assert run(["problems"]) == 0
+    assert {"sphere", "puma560-smooth"} <= set(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["scale", "2"], "none is live here"),
+        (["inspect", "--once", "--network", "alpha"], "network 'alpha': not found"),
+        (["resume", "nowhere"], "no such folder"),
+        (["report", "nowhere"], "nowhere"),
+        (["run", "problem", "sphere", "--set", "dimension"], "expected NAME=VALUE"),
+        (["run", "problem", "sphere", "--set", "size=3"], "size"),
+        (["run", "problem", "sphere", "--on-failure", "cry"], "penalise, retry or stop"),
+        (["run", "problem", "sphere", "--progress", "loud"], "quiet"),
+        (["run", "problem", "sphere", "--network", "a/b"], "letters, digits"),
+        (["run", "problem", "sphere", "--topology", "moebius"], "expected one of star"),
+        (["run", "problem", "sphere", "--workers", "-1"], "--workers"),
+    ],
+)
+def test_bad_input_is_refused_in_words_with_exit_code_2(words, said, capsys, tmp_path):
+    if words[0] == "run":
+        words = [*words, "--out", str(tmp_path / "run")]
+
+    assert run(words) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_every_option_can_come_from_the_environment(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv("TRAMNET_OUT", str(tmp_path / "run"))
+    monkeypatch.setenv("TRAMNET_NETWORK", "not a name")
+
+    assert run(["run", "problem", "sphere"]) == 2
+    assert "not a name" in capsys.readouterr().err
+
+
+def test_a_run_file_that_was_altered_is_refused(tmp_path, capsys):
+    (tmp_path / "run.toml").write_text('experiment = "juggling"\n')
+
+    assert run(["resume", str(tmp_path)]) == 2
+    assert "'juggling'" in capsys.readouterr().err
