@@ -5,7 +5,6 @@ import sys
 from importlib.metadata import version
 from typing import Annotated
 
-import click
 import typer
 
 from tramnet_master.commands import network, results, runs, traffic
@@ -62,13 +61,10 @@ def main() -> None:
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code."""
     try:
-        app(arguments, standalone_mode=False)
-    except click.exceptions.Exit as end:
-        return end.exit_code
-    except click.ClickException as error:
-        error.show()
-        return BAD_INPUT
-    except (KeyboardInterrupt, click.Abort):
+        app(arguments)
+    except SystemExit as end:  # after --help, or after a wrong word was told of
+        return end.code if isinstance(end.code, int) else DONE
+    except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:  # `tramnet echo ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,10 +1,9 @@
-"""The container files, without an engine: that they hang together, and that their commands are commands of tramnet."""
+"""The container files, without an engine: that they hang together, and that their commands exist."""
 
 import re
 import shlex
 from pathlib import Path
 
-import click
 import pytest
 import typer
 import yaml
@@ -17,27 +16,24 @@ SERVICES = COMPOSE["services"]
 DOCKERFILES = sorted({service["build"]["dockerfile"] for service in SERVICES.values()})
 
 
-def parse(words: list[str]) -> click.Context:
-    """Parse a command line of tramnet down to its last command; bad options raise."""
-    command: click.Command = typer.main.get_command(app)
+def parse(words: list[str]) -> str:
+    """Parse a command line of tramnet and return the name of its last command; bad options raise."""
+    command = typer.main.get_command(app)
     context = command.make_context("tramnet", list(words))
-    while isinstance(command, click.Group):
-        name, command, rest = command.resolve_command(
-            context, [*context.protected_args, *context.args]
-        )
+    while hasattr(command, "resolve_command"):
+        rest = [*context._protected_args, *context.args]
+        name, command, rest = command.resolve_command(context, rest)
         context = command.make_context(name, rest, parent=context)
-    return context
+    return context.info_name
 
 
 @pytest.mark.parametrize("name", SERVICES)
 def test_the_command_of_each_service_is_a_valid_command_line(name):
-    context = parse(SERVICES[name]["command"])
-
-    assert context.command.name in ("puma560", "worker", "inspect")
+    assert parse(SERVICES[name]["command"]) in ("puma560", "worker", "inspect")
 
 
 def test_an_invalid_command_line_would_be_noticed():
-    with pytest.raises(click.UsageError):
+    with pytest.raises(typer.BadParameter.__base__, match="no-such-option"):
         parse(["run", "puma560", "--no-such-option"])
 
 
