@@ -26,7 +26,7 @@ from tramnet_master.reports.joints import (
     draw_torque,
     draw_velocity,
 )
-from tramnet_master.reports.paper_table import TABLE_2, CaseOutcome, paper_table
+from tramnet_master.reports.paper_table import CaseOutcome, paper_table
 from tramnet_master.reports.record import RunRecord
 from tramnet_master.reports.servo import draw_servo
 from tramnet_master.reports.style import columns_for, one_look, rows_for
@@ -449,18 +449,6 @@ def test_a_result_with_gaps_is_summed_up_all_the_same(tmp_path):
     change_result(folder, motion_time_s=None, verification=None, best={"generation": 3})
 
     assert "objective  " in printed(folder)
-
-
-def test_table_2_is_the_paper_s():
-    assert [(row.case, row.criteria, row.motion_time, row.generation) for row in TABLE_2] == [
-        (1, "T v", 0.431, 70),
-        (2, "T", 0.375, 255),
-        (3, "τ v", 0.502, 248),
-        (4, "τ", 0.307, 220),
-        (5, "T τ v", 0.873, 280),
-        (6, "T τ", 0.367, 285),
-        (7, "T v", 0.421, 40_000),
-    ]
 
 
 def test_table_2_stands_beside_the_median_of_ours():

@@ -10,6 +10,7 @@ import typer
 from tramnet_master.commands.launch import Presentation, go_on, launch
 from tramnet_master.errors import InvalidFile, InvalidOption
 from tramnet_master.experiments import own_problem
+from tramnet_master.experiments import puma560 as puma560_experiment
 from tramnet_master.experiments.experiment import Experiment
 from tramnet_master.experiments.runner import RunOptions, read_options
 from tramnet_master.options import (
@@ -26,6 +27,7 @@ from tramnet_master.options import (
     Population,
     Progress,
     Seed,
+    Task,
     Topology,
     Workers,
 )
@@ -35,16 +37,69 @@ app = typer.Typer(no_args_is_help=True, help="Launch a root and local workers, a
 
 RESTORE: Mapping[str, Callable[[Mapping[str, object]], Experiment]] = {
     own_problem.NAME: own_problem.restore,
+    puma560_experiment.NAME: puma560_experiment.restore,
 }
 
+Case = Annotated[
+    int | None,
+    typer.Option(min=1, max=7, envvar="TRAMNET_CASE", help="Case of the paper; 1 if omitted."),
+]
+Method = Annotated[
+    str,
+    typer.Option(envvar="TRAMNET_METHOD", help="wang-zalzala (the paper's) or smooth (better)."),
+]
+Robot = Annotated[
+    str, typer.Option(envvar="TRAMNET_ROBOT", help="Arm of a case: akb or p560, after its source.")
+]
 ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="See `tramnet problems`.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="NAME=VALUE", help="A parameter of the problem; may be repeated."
+        "--set", metavar="NAME=VALUE", help="A setting of the method or problem; may be repeated."
     ),
 ]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
+
+
+@app.command()
+def puma560(
+    case: Case = None,
+    task: Task = None,
+    method: Method = "wang-zalzala",
+    robot: Robot = "akb",
+    settings: Settings = None,
+    seed: Seed = 1,
+    population: Population = None,
+    generations: Generations = None,
+    workers: Workers = 2,
+    topology: Topology = "star",
+    network: Network = None,
+    listen: Listen = "tcp/127.0.0.1:0",
+    first_deadline: FirstDeadline = 60.0,
+    on_failure: OnFailure = "penalise",
+    allow_mixed: AllowMixed = False,
+    out: Out = None,
+    overwrite: Overwrite = False,
+    pictures: Pictures = True,
+    progress: Progress = "auto",
+    checkpoint_seconds: CheckpointSeconds = 1.0,
+) -> None:
+    """Minimum-time motion of the PUMA 560 (Wang & Zalzala 1995), or of your own arm."""
+    choice = puma560_experiment.Choice(
+        case, task, robot, method, seed, population, generations, read_settings(settings or [])
+    )
+    farm = RunOptions(
+        workers,
+        topology,
+        network,
+        listen,
+        first_deadline,
+        on_failure,
+        allow_mixed,
+        checkpoint_seconds,
+    )
+    experiment = puma560_experiment.prepare(puma560_experiment.options_of(choice))
+    launch(experiment, farm, Presentation(out, overwrite, pictures, progress))
 
 
 @app.command()

@@ -5,16 +5,20 @@ algorithm over smooth paths, each timed as fast as the torques allow.
 """
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from tramnet_master.configuration import ROBOTS, read_motion_task
 from tramnet_master.engines.farmed import GenerationalEngine
 from tramnet_master.errors import InvalidOption, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.paper_cases import paper_cases
 from tramnet_master.motion_results import motion_result, write_motion
 from tramnet_master.results import MotionResult
 from tramnet_master.run_folder import OpenRunFolder
@@ -25,6 +29,7 @@ from tramnet_workers.problems.motion_task import MotionTask
 from tramnet_workers.problems.plan import Plan
 from tramnet_workers.problems.smooth_motion import SmoothMotion
 from tramnet_workers.problems.straight_line import straight_line
+from tramnet_workers.problems.yardsticks import PAPER_GOAL, PAPER_START
 
 NAME = "puma560"
 
@@ -69,6 +74,71 @@ class Planner(NamedTuple):
     algorithm: Algorithm
     generations: int
     plan: Callable[[NDArray[np.generic]], Plan | None]
+
+
+class Choice(NamedTuple):
+    """What a user asks for on the command line.
+
+    Attributes:
+        case: Case of the paper, or None.
+        task: File of a task of the user's own, or None.
+        robot: The arm of a case, ``akb`` or ``p560``; a task file names its own.
+        method: ``wang-zalzala`` or ``smooth``.
+        seed: Seed of all random streams.
+        population: Individuals in a generation, or None for the method's own.
+        generations: Number of generations, or None for the method's own.
+        settings: Settings of the method that differ from its own.
+    """
+
+    case: int | None
+    task: Path | None
+    robot: str
+    method: str
+    seed: int
+    population: int | None
+    generations: int | None
+    settings: dict[str, object]
+
+
+def options_of(choice: Choice) -> Puma560Options:
+    """Return what is to be run.
+
+    Raises:
+        InvalidOption: A case and a task, or an unknown robot.
+        InvalidFile: The task file is wrong.
+    """
+    own = Puma560Options(
+        task={},
+        method=choice.method,
+        seed=choice.seed,
+        population=choice.population,
+        generations=choice.generations,
+        settings=choice.settings,
+    )
+    if choice.task is not None:
+        if choice.case is not None:
+            raise InvalidOption("--case", str(choice.case), "either a case or a task file")
+        return replace(own, task=read_motion_task(choice.task).parameters())
+    if choice.robot not in ROBOTS:
+        raise InvalidOption("--robot", repr(choice.robot), f"one of {', '.join(ROBOTS)}")
+    cases = paper_cases()
+    case = cases.find(choice.case or 1)
+    task = MotionTask.for_arm(
+        ROBOTS[choice.robot](),
+        PAPER_START,
+        PAPER_GOAL,
+        weights=case.weights,
+        segments=case.segments,
+    )
+    faithful = choice.method == "wang-zalzala"
+    return replace(
+        own,
+        task=task.parameters(),
+        case=case.number,
+        paper=case.motion_time_s,
+        population=choice.population or (cases.population if faithful else None),
+        generations=choice.generations or (cases.generations_of(case) if faithful else None),
+    )
 
 
 def prepare(options: Puma560Options) -> Experiment:

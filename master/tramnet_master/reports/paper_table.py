@@ -11,45 +11,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-
-@dataclass(frozen=True)
-class PaperCase:
-    """A row of Table 2.
-
-    Attributes:
-        case: Its number.
-        grid: Nodes a side of the grid.
-        time: Whether the motion time is in the objective.
-        torque: Whether the torques are.
-        velocity: Whether the end velocities are.
-        motion_time: Motion time of the best plan [s].
-        generation: Generation of the best plan.
-    """
-
-    case: int
-    grid: int
-    time: bool
-    torque: bool
-    velocity: bool
-    motion_time: float
-    generation: int
-
-    @property
-    def criteria(self) -> str:
-        """The objective, a letter a term."""
-        terms = {"T": self.time, "τ": self.torque, "v": self.velocity}
-        return " ".join(letter for letter, used in terms.items() if used)
-
-
-TABLE_2 = (
-    PaperCase(1, 16, True, False, True, 0.431, 70),
-    PaperCase(2, 16, True, False, False, 0.375, 255),
-    PaperCase(3, 16, False, True, True, 0.502, 248),
-    PaperCase(4, 16, False, True, False, 0.307, 220),
-    PaperCase(5, 16, True, True, True, 0.873, 280),
-    PaperCase(6, 16, True, True, False, 0.367, 285),
-    PaperCase(7, 25, True, False, True, 0.421, 40_000),
-)
+from tramnet_master.experiments.paper_cases import PaperCase, paper_cases
 
 CAPTION = """For: motion time T, torque τ, end velocities v. Ours: median over the seeds.
 End: sum of the end velocities [rad/s]. Generations: when the best was found, the paper's and ours."""
@@ -76,7 +38,6 @@ class CaseOutcome:
 
 def paper_table(outcomes: Sequence[CaseOutcome]) -> Table:
     """Table 2 beside ours: green where we are at or below the paper, red where not."""
-    rows = {row.case: row for row in TABLE_2}
     table = Table(
         title=Text("Wang & Zalzala (1995), Table 2: motion times [s]"),
         caption=Text(CAPTION),
@@ -88,22 +49,22 @@ def paper_table(outcomes: Sequence[CaseOutcome]) -> Table:
     for name in ("paper", "ours", "range", "to paper", "end", "generations"):
         table.add_column(name, justify="right", min_width=5)
     for outcome in outcomes:
-        table.add_row(*_cells(rows[outcome.case], outcome))
+        table.add_row(*_cells(paper_cases().find(outcome.case), outcome))
     return table
 
 
 def _cells(paper: PaperCase, ours: CaseOutcome) -> list[Text]:
     times, middle = ours.motion_times, median(ours.motion_times)
     name = f"{ours.case} {ours.variant}".rstrip()
-    style = "green" if middle <= paper.motion_time else "bold red"
+    style = "green" if middle <= paper.motion_time_s else "bold red"
     shortest, longest = f"{min(times):.3f}", f"{max(times):.3f}"
     return [
         Text(name),
         Text(paper.criteria),
-        Text(f"{paper.motion_time:.3f}"),
+        Text(f"{paper.motion_time_s:.3f}"),
         Text(f"{middle:.4f}", style=style),
         Text(shortest if shortest == longest else f"{shortest}–{longest}"),
-        Text(f"{middle / paper.motion_time - 1:+.1%}", style=style),
+        Text(f"{middle / paper.motion_time_s - 1:+.1%}", style=style),
         Text(f"{median(ours.end_velocities):.0e}"),
-        Text(f"{paper.generation:,}, {median(ours.generations):,.0f}"),
+        Text(f"{paper.best_generation:,}, {median(ours.generations):,.0f}"),
     ]
