@@ -151,3 +151,24 @@ def test_simulation_instants_hold_every_break_and_no_long_step() -> None:
     assert np.isin(plan.breaks, instants).all()
     assert (np.diff(instants) > 0.0).all()
     assert np.diff(instants).max() <= 0.0005 * (1 + 1e-9)
+
+
+def test_a_long_motion_is_simulated_in_windows() -> None:
+    task = paper_task()
+
+    found = verify(task, two_pieces(task, 6.0))
+
+    assert found.passed
+    assert found.simulated_position_error < 1e-9
+
+
+def test_a_plan_that_contradicts_itself_is_found_by_simulation() -> None:
+    # Positions that do not follow from the accelerations: no torque takes an arm along them.
+    task = paper_task()
+    plan = two_pieces(task, 1.0)
+    torn = ParabolicPlan(plan.h, plan.q, plan.qd, 1.01 * plan.qdd)
+
+    found = verify(task, torn)
+
+    assert not found.passed
+    assert any("off the plan" in reason for reason in found.reasons)
