@@ -51,6 +51,13 @@ Method = Annotated[
 Robot = Annotated[
     str, typer.Option(envvar="TRAMNET_ROBOT", help="Arm of a case: akb or p560, after its source.")
 ]
+Servo = Annotated[
+    float | None,
+    typer.Option(
+        envvar="TRAMNET_SERVO",
+        help="Replay the plan with set-points every 28, 7, 1.75 or 0.875 ms (the paper's section 6).",
+    ),
+]
 ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="See `tramnet problems`.")]
 Settings = Annotated[
     list[str] | None,
@@ -68,6 +75,7 @@ def puma560(
     method: Method = "wang-zalzala",
     robot: Robot = "akb",
     settings: Settings = None,
+    servo: Servo = None,
     seed: Seed = 1,
     population: Population = None,
     generations: Generations = None,
@@ -86,7 +94,15 @@ def puma560(
 ) -> None:
     """Minimum-time motion of the PUMA 560 (Wang & Zalzala 1995), or of your own arm."""
     choice = puma560_experiment.Choice(
-        case, task, robot, method, seed, population, generations, read_settings(settings or [])
+        case,
+        task,
+        robot,
+        method,
+        seed,
+        population,
+        generations,
+        read_settings(settings or []),
+        servo,
     )
     farm = RunOptions(
         workers,

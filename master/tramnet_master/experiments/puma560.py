@@ -22,16 +22,20 @@ from tramnet_master.experiments.paper_cases import paper_cases
 from tramnet_master.motion_results import motion_result, write_motion
 from tramnet_master.results import MotionResult
 from tramnet_master.run_folder import OpenRunFolder
+from tramnet_master.servo_results import servo_result
 from tramnet_protocol.messages import Setup
 from tramnet_workers.evolution import smooth
 from tramnet_workers.evolution.algorithm import Algorithm
 from tramnet_workers.problems.motion_task import MotionTask
 from tramnet_workers.problems.plan import Plan
+from tramnet_workers.problems.servo import PERIODS, ServoSettings
 from tramnet_workers.problems.smooth_motion import SmoothMotion
 from tramnet_workers.problems.straight_line import straight_line
 from tramnet_workers.problems.yardsticks import PAPER_GOAL, PAPER_START
 
 NAME = "puma560"
+
+SERVO_PERIODS_MS = tuple(round(1000 * period, 6) for period in PERIODS)
 
 Settings = TypeVar("Settings", bound=Struct)
 
@@ -48,6 +52,7 @@ class Puma560Options(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         population: Individuals in a generation, or None for the method's own.
         generations: Number of generations, or None for the method's own.
         settings: Settings of the method that differ from its own.
+        servo_ms: Period of the set-points with which the plan is replayed through a servo, or None [ms].
     """
 
     task: dict[str, object]
@@ -58,6 +63,7 @@ class Puma560Options(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     population: int | None = None
     generations: int | None = None
     settings: dict[str, object] = {}
+    servo_ms: float | None = None
 
 
 class Planner(NamedTuple):
@@ -88,6 +94,7 @@ class Choice(NamedTuple):
         population: Individuals in a generation, or None for the method's own.
         generations: Number of generations, or None for the method's own.
         settings: Settings of the method that differ from its own.
+        servo_ms: Period of the set-points of a replay through a servo, or None [ms].
     """
 
     case: int | None
@@ -98,6 +105,7 @@ class Choice(NamedTuple):
     population: int | None
     generations: int | None
     settings: dict[str, object]
+    servo_ms: float | None = None
 
 
 def options_of(choice: Choice) -> Puma560Options:
@@ -114,7 +122,11 @@ def options_of(choice: Choice) -> Puma560Options:
         population=choice.population,
         generations=choice.generations,
         settings=choice.settings,
+        servo_ms=choice.servo_ms,
     )
+    if choice.servo_ms is not None and choice.servo_ms not in SERVO_PERIODS_MS:
+        known = ", ".join(f"{period:g}" for period in SERVO_PERIODS_MS)
+        raise InvalidOption("--servo", f"{choice.servo_ms:g}", f"one of {known}")
     if choice.task is not None:
         if choice.case is not None:
             raise InvalidOption("--case", str(choice.case), "either a case or a task file")
@@ -163,7 +175,11 @@ def prepare(options: Puma560Options) -> Experiment:
             )
         line = straight_line(task)
         write_motion(folder.path, task, plan, line)
-        return motion_result(common, timing, task, plan, line)
+        result = motion_result(common, timing, task, plan, line)
+        if options.servo_ms is None:
+            return result
+        settings = ServoSettings(period=options.servo_ms / 1000)
+        return replace(result, servo=servo_result(folder.path, task, plan, settings))
 
     return Experiment(
         name=NAME,
