@@ -7,7 +7,8 @@ from pathlib import Path
 from tramnet_master.errors import InvalidOption
 from tramnet_master.experiments.experiment import Experiment
 from tramnet_master.experiments.runner import RunOptions, run
-from tramnet_master.progress import ProgressMode, open_progress
+from tramnet_master.progress import ProgressMode, QuietProgress, open_progress
+from tramnet_master.results import Result
 from tramnet_master.run_folder import OpenRunFolder, default_folder
 
 RUNS = Path("runs")
@@ -57,6 +58,17 @@ def launch(experiment: Experiment, options: RunOptions, presentation: Presentati
     mode = presentation.mode
     folder, _ = run(experiment, options, open_folder, open_progress(mode))
     show(folder, presentation.pictures, mode)
+
+
+def make_run(experiment: Experiment, options: RunOptions, folder: Path, overwrite: bool) -> Result:
+    """Make a run that shows nothing and draws nothing; return its result."""
+    _, result = run(
+        experiment,
+        options,
+        lambda document: OpenRunFolder.create(folder, document, overwrite),
+        QuietProgress(),
+    )
+    return result
 
 
 def go_on(
