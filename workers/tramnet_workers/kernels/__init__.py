@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar, cast
 
 import numba
+from llvmlite import binding  # type: ignore[import-untyped]
 
 from tramnet_workers.kernels.cache import open_cache_folder
 
@@ -16,6 +17,10 @@ F = TypeVar("F", bound=Callable[..., object])
 numba.config.CACHE_DIR = str(  # type: ignore[attr-defined]
     open_cache_folder(Path(__file__).parents[1])
 )
+
+# LLVM unrolls a short loop over lanes completely before it would vectorise it, and then does not;
+# with this it leaves every loop of more than eight turns whole.
+binding.set_option("tramnet", "-unroll-full-max-count=8")
 
 
 def kernel(function: F) -> F:
