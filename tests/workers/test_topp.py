@@ -1,10 +1,13 @@
 """Time-optimal driving along a path: closed forms, published times, laws, and the package toppra."""
 
+import re
+
 import numpy as np
 import pytest
 import toppra
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 from toppra import algorithm, constraint
@@ -21,6 +24,8 @@ from tramnet_workers.robots.arm import SerialArm
 from tramnet_workers.robots.puma560 import CORKE_VELOCITY_LIMITS, akb, p560
 
 Array = NDArray[np.float64]
+
+LIBM = re.compile(r"\b(sin|cos|atan2?|log|exp|pow|fma|hypot|fmod)f?\b")
 
 FREE_END = ObjectiveWeights(end_velocity=0.0)
 
@@ -231,6 +236,17 @@ def test_a_plan_keeps_velocity_limits_between_the_points_of_its_grid(seed: int) 
     assert plan is not None
     motion = plan.sample(np.linspace(0.0, plan.duration, 3001))
     assert (np.abs(motion.qd) <= task.velocity_limits * (1.0 + 1e-4)).all()
+
+
+def test_driving_calls_no_mathematics_of_the_system() -> None:
+    compiled = njit(error_model="numpy")(time_optimal.py_func)  # type: ignore[attr-defined]
+    points = grid(4)
+    motion = one_joint(1.0, 0.0, points)
+    compiled(np.diff(points[::2]), *motion, np.ones(1), unlimited(points), True)
+
+    (code,) = compiled.inspect_asm().values()
+
+    assert not LIBM.search(code)
 
 
 def fastest_by_linear_program(steps: Array, a: Array, b: Array, c: Array, limits: Array) -> Array:

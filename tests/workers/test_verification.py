@@ -13,6 +13,7 @@ from tramnet_workers.problems.plan import ParabolicPlan, PathPlan, SmoothPath
 from tramnet_workers.problems.straight_line import straight_line
 from tramnet_workers.problems.verification import simulation_instants, verify
 from tramnet_workers.problems.yardsticks import PAPER_GOAL, PAPER_START
+from tramnet_workers.robots.pinocchio_bridge import rnea
 from tramnet_workers.robots.puma560 import akb
 
 Array = NDArray[np.float64]
@@ -37,6 +38,41 @@ def two_pieces(task: MotionTask, duration: float) -> ParabolicPlan:
     return ParabolicPlan(
         h, q, np.array([0 * way, top, 0 * way]), np.array([1, -1])[:, None] * top / h[0]
     )
+
+
+def line_in_segments(task: MotionTask, n: int) -> ParabolicPlan:
+    """Accelerate half of the segments and brake the rest, as hard as their first nodes allow."""
+    D = (task.goal - task.start) / n
+    zero = np.zeros(6)
+    h, v, qdd = np.empty(n), np.zeros((n + 1, 6)), np.empty((n, 6))
+    q = task.start + np.arange(n + 1)[:, None] * D
+    for j in range(n):
+        posture = np.tile(q[j], (3, 1))
+        K, Hv, g = rnea(task.arm, posture, np.array([D, zero, zero]), np.array([2 * D, v[j], zero]))
+        K, Hv = K - g, Hv - g
+        slowest, fastest = feasible_rates(K, Hv, g, task.torque_limits)
+        rate = fastest if j < n // 2 else min(max(v[j, 0] / (2 * D[0]), slowest), fastest)
+        h[j] = 1.0 / rate
+        qdd[j] = 2.0 * rate * (D * rate - v[j])
+        v[j + 1] = 2.0 * D * rate - v[j]
+    return ParabolicPlan(h, q, v, qdd)
+
+
+def feasible_rates(K: Array, Hv: Array, g: Array, limits: Array) -> tuple[float, float]:
+    """Ends of the highest interval of x = 1 / h in which tau = K x^2 - 2 Hv x + g is in bounds."""
+    roots = [
+        np.roots([K[i], -2 * Hv[i], g[i] - b]) for i in range(6) for b in (-limits[i], limits[i])
+    ]
+    x = np.sort(
+        [0.0, *(float(r.real) for pair in roots for r in pair if r.imag == 0 and r.real > 0)]
+    )
+    middle = 0.5 * (x[1:] + x[:-1])[:, None]
+    inside = (np.abs(K * middle**2 - 2 * Hv * middle + g) <= limits).all(axis=1)
+    last = int(np.flatnonzero(inside)[-1])
+    first = last
+    while first > 0 and inside[first - 1]:
+        first -= 1
+    return float(x[first]), float(x[last + 1])
 
 
 def test_the_optimal_straight_line_passes() -> None:
@@ -73,6 +109,21 @@ def test_a_plan_that_is_too_fast_names_the_weak_joints() -> None:
     assert found.share_over > 0.9  # joint 1 is at its bound all the time
     assert found.reasons[0].startswith("joint 1 needs 10")
     assert "97.6 N m" in found.reasons[0]
+
+
+def test_a_plan_scaled_at_one_posture_a_segment_is_over_its_bounds_as_known() -> None:
+    # A prototype's figures for the straight line in 16 segments, each scaled by the dynamics at its
+    # first node, as in Wang & Zalzala (1995): 0.4269 s, and over the bound for 47 % of the time.
+    task = paper_task()
+
+    found = verify(task, line_in_segments(task, 16))
+
+    assert found.duration == pytest.approx(0.4269, abs=1e-4)
+    assert found.torque_ratios[:2] == pytest.approx((1.040, 1.013), abs=1e-3)
+    assert found.share_over == pytest.approx(0.47, abs=0.05)
+    assert found.end_velocity < 1e-6
+    assert found.simulated_position_error < 1e-9
+    assert len(found.reasons) == 2
 
 
 def test_a_plan_for_another_goal_misses_this_one() -> None:

@@ -41,8 +41,8 @@ class Verification(Struct, frozen=True):
         duration: Motion time [s].
         torque_ratio_max: Largest ratio of torque to limit, of any joint at any instant.
         torque_ratios: The same for each joint.
-        share_over: Share of the time in which some joint's torque is over its limit by more than
-            rounding.
+        share_over: Share of the time in which some joint's torque is over its limit, by more than
+            passes.
         end_position_error: Largest distance of a joint from the goal at the end [rad].
         end_velocity: Largest speed of a joint at the end [rad/s].
         position_margin: Smallest distance of a joint from its position limits, negative beyond
@@ -85,7 +85,7 @@ def verify(task: MotionTask, plan: Plan) -> Verification:
         duration=plan.duration,
         torque_ratio_max=float(ratios.max()),
         torque_ratios=tuple(ratios.max(axis=0).tolist()),
-        share_over=float((ratios > 1.0 + 1e-6).any(axis=1).mean()),
+        share_over=float((ratios > LARGEST_RATIO).any(axis=1).mean()),
         end_position_error=float(np.abs(end.q[0] - task.goal).max()),
         end_velocity=float(np.abs(end.qd[0]).max()),
         position_margin=_or_none(_position_margin(task, motion.q)),
