@@ -5,24 +5,24 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tramnet_workers.evolution import scaling
-from tramnet_workers.evolution.encodings import decode, gene_steps, pack, unpack
+from tramnet_workers.evolution.encodings import Layout, decode, gene_steps, pack, unpack
 
 BITS = st.integers(5, 16)
 
 
 def numbers(strings, bits, gray):
     """Decode one gene into the whole numbers 0 ... 2**bits - 1."""
+    words = strings.astype(np.uint64) << np.uint64((64 // bits - 1) * bits)
     genes = np.empty((1, 1, len(strings)))
     lower, upper = np.zeros((1, 1)), np.full((1, 1), 2.0**bits - 1)
-    decode(
-        strings.astype(np.uint16)[None, None],
-        gray,
-        lower,
-        gene_steps(lower, upper, bits),
-        np.zeros(1, np.int64),
-        genes,
-    )
+    step = gene_steps(lower, upper, bits)
+    decode(words[None, None], bits, gray, lower, step, np.zeros(1, np.int64), genes)
     return genes[0, 0]
+
+
+def random_strings(rng, layout, k, m):
+    words = rng.integers(0, 2**64, (k, layout.n_words, m), dtype=np.uint64)
+    return words & layout.used()[:, None]
 
 
 @pytest.mark.parametrize("gray", [False, True])
@@ -55,10 +55,10 @@ def test_gray_code_of_the_first_eight_numbers_is_that_of_the_textbook():
 @given(BITS, st.floats(-5, 5), st.floats(0.01, 5))
 def test_a_gene_runs_from_its_lower_to_its_upper_limit(bits, lower, width):
     low, high = np.full((1, 1), lower), np.full((1, 1), lower + width)
-    ends = np.array([[[0, 2**bits - 1]]], np.uint16)
+    ends = np.array([[[0, 2**64 - 1]]], np.uint64)
     genes = np.empty((1, 1, 2))
 
-    decode(ends, False, low, gene_steps(low, high, bits), np.zeros(1, np.int64), genes)
+    decode(ends, bits, False, low, gene_steps(low, high, bits), np.zeros(1, np.int64), genes)
 
     assert genes[0, 0, 0] == lower
     assert genes[0, 0, 1] == pytest.approx(lower + width, abs=1e-12)
@@ -67,33 +67,45 @@ def test_a_gene_runs_from_its_lower_to_its_upper_limit(bits, lower, width):
 def test_given_genes_are_left_alone():
     genes = np.full((1, 3, 4), 7.0)
     lower, upper = np.array([[0.0, 7.0, 0.0]]), np.array([[1.0, 7.0, 1.0]])
-    free = np.array([0, 2])
+    step, free = gene_steps(lower, upper, 8), np.array([0, 2])
 
-    decode(np.zeros((1, 2, 4), np.uint16), True, lower, gene_steps(lower, upper, 8), free, genes)
+    decode(np.zeros((1, 1, 4), np.uint64), 8, True, lower, step, free, genes)
 
     assert np.all(genes[0, 1] == 7.0)
     assert np.all(genes[0, [0, 2]] == 0.0)
 
 
+@given(BITS, st.integers(1, 40))
+def test_every_bit_of_a_chromosome_has_a_place_of_its_own(bits, n_genes):
+    layout = Layout(n_genes, bits)
+
+    word, mask = layout.places()
+
+    assert np.all(np.bitwise_count(mask) == 1)
+    assert len(set(zip(word.tolist(), mask.tolist(), strict=True))) == layout.n_bits
+    assert word.max() == layout.n_words - 1
+    assert np.bitwise_count(layout.used()).sum() == layout.n_bits
+
+
 @given(BITS, st.integers(1, 3), st.integers(1, 9), st.integers(1, 7), st.randoms())
 def test_packed_populations_unpack_to_themselves(bits, k, n_genes, m, random):
-    rng = np.random.default_rng(random.getrandbits(32))
-    strings = rng.integers(0, 2**bits, (k, n_genes, m), dtype=np.uint16)
+    layout = Layout(n_genes, bits)
+    strings = random_strings(np.random.default_rng(random.getrandbits(32)), layout, k, m)
 
-    packed = pack(strings, bits)
+    packed = pack(strings, layout)
 
     assert packed.shape == (k, m, -(-n_genes * bits // 8))
-    assert np.array_equal(unpack(packed, n_genes, bits), strings)
+    assert np.array_equal(unpack(packed, layout), strings)
 
 
 def test_a_hundred_chromosomes_of_forty_bits_take_five_hundred_bytes():
-    assert pack(np.zeros((1, 4, 100), np.uint16), 10).nbytes == 500
+    assert pack(np.zeros((1, 1, 100), np.uint64), Layout(4, 10)).nbytes == 500
 
 
 def test_the_first_gene_s_most_significant_bit_is_packed_first():
-    strings = np.array([[[1 << 9], [1]]], np.uint16)
+    strings = np.array([[[1 << 59 | 1 << 40]]], np.uint64)  # six genes of ten bits a word
 
-    assert pack(strings, 10).tolist() == [[[0b10000000, 0b00000000, 0b00010000]]]
+    assert pack(strings, Layout(2, 10)).tolist() == [[[0b10000000, 0b00000000, 0b00010000]]]
 
 
 FITNESS = hnp.arrays(np.float64, st.integers(2, 40), elements=st.floats(-100, 100, width=32))

@@ -1,12 +1,10 @@
 """One generation of a population of bit strings: selection, crossover, mutation, elite.
 
 Kim & Khosla (1992), section 3 and Fig. 3: m / 2 couples, one-point crossover anywhere in the string,
-mutation bit by bit. What couple c draws comes from the stream (seed, population, generation, MATING,
-c) alone: two words choose the parents, one holds the decision to cross (high half) and the cut (low
-half), one the numbers of mutations of both children, and further words the places of these.
-
-The number of mutations is drawn from its binomial distribution and the bits, all different, from all
-bits of the string: the same as trying every bit, at a fiftieth of the random numbers.
+mutation bit by bit. Two words of the stream (seed, population, generation, MATING, couple) choose a
+couple's parents; the third holds the decision to cross (high half) and the cut (low half). The stream
+(seed, population, generation, BIT_MUTATION, 0) says how many bits of all children change, a number with a
+binomial distribution, and which: the same as trying every bit, at a hundredth of the random numbers.
 """
 
 from decimal import Decimal, localcontext
@@ -16,24 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_workers.evolution import scaling
-from tramnet_workers.evolution.encodings import Strings
+from tramnet_workers.evolution.encodings import Layout, Words
 from tramnet_workers.evolution.streams import Purpose
-from tramnet_workers.kernels import device, kernel
-from tramnet_workers.kernels.random import below, new_stream, next_word, open_stream
+from tramnet_workers.kernels import kernel
+from tramnet_workers.kernels.random import fill_words, new_stream, next_word, open_stream
 
 Floats = NDArray[np.float64]
-Words = NDArray[np.uint64]
-Stream = Words
+Integers = NDArray[np.int64]
 
 SHIFT, SCALED, TOURNAMENT = range(3)  # rules of selection
 
 _INITIAL = int(Purpose.INITIAL)
 _MATING = int(Purpose.MATING)
+_MUTATION = int(Purpose.BIT_MUTATION)
 _HALF = np.uint64(32)
 _LOW = np.uint64(0xFFFFFFFF)
+_ALL = np.uint64(0xFFFFFFFFFFFFFFFF)
+_NONE = np.uint64(0)
 _ELEVEN = np.uint64(11)
 _UNIT = 2.0**-53
-_SIXTEEN = np.uint64(16)
 
 
 class Breeding(NamedTuple):
@@ -41,24 +40,53 @@ class Breeding(NamedTuple):
 
     Attributes:
         seed: Seed of the run, a ``numpy.uint64`` for the compiler.
-        bits: Bits of a gene.
         rule: SHIFT, SCALED or TOURNAMENT.
         crossover: Crossover happens if 32 random bits are below this number.
-        mutation: ``mutation[k]``: that more than k bits mutate happens if 32 random bits are at
-            least this number; of shape (most mutations,).
+        mutation: ``mutation[k]``: that more than k bits of all children change happens if 32 random
+            bits are at least this number.
         elites: Number of best individuals that survive.
+        places: Word and mask of every bit, and mask of that word's bits before it, of shape
+            (3, n_bits + 1); the last column stands for the end of the string.
     """
 
     seed: int
-    bits: int
     rule: int
     crossover: int
     mutation: Words
     elites: int
+    places: Words
+
+
+def make_breeding(
+    layout: Layout,
+    population_size: int,
+    *,
+    seed: int,
+    rule: int,
+    crossover: float,
+    mutation: float,
+    elites: int,
+) -> Breeding:
+    """Return how populations breed, with probabilities of crossover and mutation."""
+    n_bits = layout.n_bits
+    word, mask = layout.places()
+    places = np.zeros((3, n_bits + 1), np.uint64)
+    places[0], places[1, :-1] = np.append(word, layout.n_words), mask
+    for bit in range(1, n_bits):
+        if word[bit] == word[bit - 1]:
+            places[2, bit] = places[2, bit - 1] | mask[bit - 1]
+    return Breeding(
+        seed=np.uint64(seed),  # type: ignore[arg-type]
+        rule=rule,
+        crossover=int(crossover * 2**32),
+        mutation=mutation_thresholds((population_size - elites) * n_bits, mutation),
+        elites=elites,
+        places=places,
+    )
 
 
 def mutation_thresholds(n_bits: int, probability: float) -> Words:
-    """Return the binomial distribution function of mutated bits in a string, times 2**32.
+    """Return the binomial distribution function of mutated bits, times 2**32, while below that.
 
     In decimal arithmetic: its exponents hold what thousands of bits make of the smallest mass.
     """
@@ -69,31 +97,29 @@ def mutation_thresholds(n_bits: int, probability: float) -> Words:
         mass, total = (1 - p) ** n_bits, Decimal(0)
         for k in range(n_bits):
             total += mass
-            thresholds.append(int(total * 2**32 + Decimal("0.5")))
+            threshold = int(total * 2**32 + Decimal("0.5"))
+            if threshold >= 2**32:
+                break
+            thresholds.append(threshold)
             mass *= p / (1 - p) * (n_bits - k) / (k + 1)
-    possible = [threshold for threshold in thresholds if threshold < 2**32]
-    return np.array(possible, np.uint64)
+    return np.array(thresholds, np.uint64)
 
 
 @kernel
-def first_generation(breeding: Breeding, keys: Words, strings: Strings) -> None:
+def first_generation(breeding: Breeding, keys: Words, used: Words, strings: Words) -> None:
     """Fill k populations with random bits.
 
     Args:
         breeding: How populations breed.
         keys: Numbers of the populations' streams, of shape (k,).
-        strings: Receives the strings, of shape (k, n_genes, m).
+        used: Masks of the bits in use, of shape (n_words,).
+        strings: Receives the strings, of shape (k, n_words, m).
     """
-    stream = new_stream()
-    mask = (np.uint64(1) << np.uint64(breeding.bits)) - np.uint64(1)
     for i in range(len(strings)):
-        for j in range(strings.shape[2]):
-            open_stream(stream, breeding.seed, int(keys[i]), 0, _INITIAL, j)
-            for g in range(strings.shape[1]):
-                if g % 4 == 0:
-                    word = next_word(stream)
-                strings[i, g, j] = np.uint16(word & mask)
-                word >>= _SIXTEEN
+        fill_words(strings[i], breeding.seed, int(keys[i]), 0, _INITIAL)
+        for w in range(len(used)):
+            for j in range(strings.shape[2]):
+                strings[i, w, j] &= used[w]
 
 
 @kernel
@@ -102,8 +128,8 @@ def next_generation(
     keys: Words,
     generation: int,
     fitness: Floats,
-    parents: Strings,
-    children: Strings,
+    parents: Words,
+    children: Words,
 ) -> None:
     """Breed the next generation of k populations.
 
@@ -112,52 +138,99 @@ def next_generation(
         keys: Numbers of the populations' streams, of shape (k,).
         generation: Number of the children's generation, from 1.
         fitness: Fitness of the parents, larger is better, of shape (k, m).
-        parents: Their strings, of shape (k, n_genes, m).
+        parents: Their strings, of shape (k, n_words, m).
         children: Receives the children, elites first, of the same shape.
     """
-    m = fitness.shape[1]
-    stream, shares, wheel = new_stream(), np.empty(m), np.empty(m)
-    flipped = np.empty(len(breeding.mutation), np.int64)
+    m, n_couples = fitness.shape[1], (fitness.shape[1] - breeding.elites + 1) // 2
+    words, couples = np.empty((3, n_couples), np.uint64), np.empty((2, n_couples), np.int64)
+    scratch, wheel = np.empty(m), np.empty(m)
     for i in range(len(parents)):
-        if breeding.rule != TOURNAMENT:
+        fill_words(words, breeding.seed, int(keys[i]), generation, _MATING)
+        if breeding.rule == TOURNAMENT:
+            for parent in range(2):
+                _hold_tournaments(fitness[i], words[parent], couples[parent])
+        else:
             if breeding.rule == SHIFT:
-                scaling.shift(fitness[i], shares)
+                scaling.shift(fitness[i], scratch)
             else:
-                scaling.scale(fitness[i], shares)
-            scaling.accumulate(shares, wheel)
-        copy_elites(breeding.elites, fitness[i], shares, parents[i], children[i])
-        for couple in range((m - breeding.elites + 1) // 2):
-            open_stream(stream, breeding.seed, int(keys[i]), generation, _MATING, couple)
-            first = breeding.elites + 2 * couple
-            _mate(breeding, stream, fitness[i], wheel, parents[i], children[i], first)
-            counts = next_word(stream)
-            _mutate(breeding, counts >> _HALF, stream, flipped, children[i], first)
-            if first + 1 < m:
-                _mutate(breeding, counts & _LOW, stream, flipped, children[i], first + 1)
+                scaling.scale(fitness[i], scratch)
+            scaling.accumulate(scratch, wheel)
+            for parent in range(2):
+                for c in range(n_couples):
+                    u = np.float64(words[parent, c] >> _ELEVEN) * _UNIT
+                    couples[parent, c] = scaling.spin(wheel, u)
+        _cross(breeding, words[2], couples, parents[i], children[i])
+        _mutate(breeding, int(keys[i]), generation, children[i])
+        _copy_elites(breeding.elites, fitness[i], scratch, parents[i], children[i])
 
 
 @kernel
-def copy_elites(
-    elites: int, fitness: Floats, rest: Floats, parents: Strings, children: Strings
+def _hold_tournaments(fitness: Floats, words: Words, winners: Integers) -> None:
+    """Choose the better of two random individuals, the first of equals, for each word."""
+    m = np.uint64(len(fitness))
+    for c in range(len(words)):
+        a = np.int64(((words[c] >> _HALF) * m) >> _HALF)
+        b = np.int64(((words[c] & _LOW) * m) >> _HALF)
+        # No branches here: nobody can predict them.
+        better = (fitness[b] > fitness[a]) | ((fitness[b] == fitness[a]) & (b < a))
+        winners[c] = b if better else a
+
+
+@kernel
+def _cross(
+    breeding: Breeding, words: Words, couples: Integers, parents: Words, children: Words
 ) -> None:
-    """Copy the best individuals, best first, into the first slots; ties go to the lowest index."""
-    rest[:] = fitness
-    for slot in range(elites):
-        best = best_of(rest)
-        for g in range(len(parents)):
-            children[g, slot] = parents[g, best]
-        rest[best] = -np.inf
+    """Write the children of all couples after the elites; the last couple may have one child only."""
+    n_words, m = parents.shape
+    n_bits = breeding.places.shape[1] - 1
+    for c in range(len(words)):
+        a, b = couples[0, c], couples[1, c]
+        cut = 1 + np.int64(((words[c] & _LOW) * np.uint64(n_bits - 1)) >> _HALF)
+        cut = cut if (words[c] >> _HALF) < np.uint64(breeding.crossover) else n_bits
+        border, mask = np.int64(breeding.places[0, cut]), breeding.places[2, cut]
+        first = breeding.elites + 2 * c
+        second = min(first + 1, m - 1)
+        for w in range(n_words):
+            x, y = parents[w, a], parents[w, b]
+            kept = mask if w == border else (_ALL if w < border else _NONE)
+            swapped = (x ^ y) & ~kept
+            children[w, second] = y ^ swapped
+            children[w, first] = x ^ swapped
 
 
 @kernel
-def find_best(fitness: Floats, best: NDArray[np.int64], mean: Floats) -> None:
-    """Find the best individual and the mean fitness of k populations of shape (k, m)."""
-    for i in range(len(fitness)):
-        best[i] = best_of(fitness[i])
-        total = 0.0
-        for j in range(fitness.shape[1]):
-            total += fitness[i, j]
-        mean[i] = total / fitness.shape[1]
+def _mutate(breeding: Breeding, key: int, generation: int, children: Words) -> None:
+    """Change as many different bits of the children as chance says."""
+    stream = new_stream()
+    open_stream(stream, breeding.seed, key, generation, _MUTATION, 0)
+    count = np.searchsorted(breeding.mutation, next_word(stream) >> _HALF, side="right")
+    n_bits = np.uint64(breeding.places.shape[1] - 1)
+    n_children = np.uint64(children.shape[1] - breeding.elites)
+    changed = np.zeros_like(children)
+    while count > 0:
+        place = next_word(stream)
+        child = breeding.elites + np.int64(((place >> _HALF) * n_children) >> _HALF)
+        bit = np.int64(((place & _LOW) * n_bits) >> _HALF)
+        word, mask = np.int64(breeding.places[0, bit]), breeding.places[1, bit]
+        count -= 1 if changed[word, child] & mask == _NONE else 0
+        changed[word, child] |= mask
+    for w in range(len(children)):
+        for j in range(children.shape[1]):
+            children[w, j] ^= changed[w, j]
+
+
+@kernel
+def _copy_elites(
+    elites: int, fitness: Floats, rest: Floats, parents: Words, children: Words
+) -> None:
+    """Copy the best individuals, best first, into the first slots."""
+    if elites > 1:
+        rest[:] = fitness
+    for slot in range(elites):
+        best = best_of(fitness if slot == 0 else rest)
+        for w in range(len(parents)):
+            children[w, slot] = parents[w, best]
+        rest[best] = -np.inf
 
 
 @kernel
@@ -170,76 +243,35 @@ def best_of(fitness: Floats) -> int:
     return best
 
 
-@device
-def _mate(
-    breeding: Breeding,
-    stream: Stream,
+@kernel
+def rank(
     fitness: Floats,
-    wheel: Floats,
-    parents: Strings,
-    children: Strings,
-    first: int,
+    traits: Floats,
+    terms: Floats,
+    best: Floats,
+    mean: Floats,
+    best_traits: Floats,
+    best_terms: Floats,
 ) -> None:
-    """Choose two parents and write their children into slots ``first`` and ``first`` + 1."""
-    n_genes, m = parents.shape
-    a = _select(breeding.rule, next_word(stream), fitness, wheel)
-    b = _select(breeding.rule, next_word(stream), fitness, wheel)
-    word = next_word(stream)
-    gene, bit = n_genes, 0
-    if (word >> _HALF) < np.uint64(breeding.crossover):
-        n_bits = n_genes * breeding.bits
-        cut = 1 + int(((word & _LOW) * np.uint64(n_bits - 1)) >> _HALF)
-        gene = cut // breeding.bits
-        bit = cut - gene * breeding.bits
-    second = min(first + 1, m - 1)  # the last couple may have one child only, written last
-    for g in range(n_genes):
-        x, y = parents[g, a], parents[g, b]
-        tail = 0 if g < gene else (1 << breeding.bits) - 1
-        if g == gene:
-            tail >>= bit
-        swapped = (x ^ y) & tail
-        children[g, second] = np.uint16(y ^ swapped)
-        children[g, first] = np.uint16(x ^ swapped)
+    """Find the best individuals and the mean fitness of k populations.
 
-
-@device
-def _select(rule: int, word: np.uint64, fitness: Floats, wheel: Floats) -> int:
-    if rule != TOURNAMENT:
-        return scaling.spin(wheel, np.float64(word >> _ELEVEN) * _UNIT)
-    m = np.uint64(len(fitness))
-    a = int(np.int64(((word >> _HALF) * m) >> _HALF))
-    b = int(np.int64(((word & _LOW) * m) >> _HALF))
-    better = fitness[b] > fitness[a] or (fitness[b] == fitness[a] and b < a)
-    return b if better else a
-
-
-@device
-def _mutate(
-    breeding: Breeding,
-    chance: np.uint64,
-    stream: Stream,
-    flipped: NDArray[np.int64],
-    children: Strings,
-    slot: int,
-) -> None:
-    """Flip as many different bits of a child as the 32 bits of ``chance`` say."""
-    count = 0
-    while count < len(breeding.mutation) and chance >= breeding.mutation[count]:
-        place = _new_place(stream, len(children) * breeding.bits, flipped[:count])
-        flipped[count] = place
-        gene = place // breeding.bits
-        bit = breeding.bits - 1 - (place - gene * breeding.bits)
-        children[gene, slot] ^= np.uint16(1 << bit)
-        count += 1
-
-
-@device
-def _new_place(stream: Stream, n_bits: int, taken: NDArray[np.int64]) -> int:
-    """Return a random place that is not taken yet."""
-    while True:
-        place = below(stream, n_bits)
-        fresh = True
-        for other in taken:
-            fresh = fresh and other != place
-        if fresh:
-            return place
+    Args:
+        fitness: Fitness, of shape (k, m).
+        traits: Traits, of shape (k, n_traits, m).
+        terms: Terms, of shape (k, n_terms, m).
+        best: Receives the largest fitness, of shape (k,).
+        mean: Receives the mean fitness, of shape (k,).
+        best_traits: Receives the traits of the best, of shape (k, n_traits).
+        best_terms: Receives the terms of the best, of shape (k, n_terms).
+    """
+    for i in range(len(fitness)):
+        slot = best_of(fitness[i])
+        best[i] = fitness[i, slot]
+        total = 0.0
+        for j in range(fitness.shape[1]):
+            total += fitness[i, j]
+        mean[i] = total / fitness.shape[1]
+        for r in range(traits.shape[1]):
+            best_traits[i, r] = traits[i, r, slot]
+        for r in range(terms.shape[1]):
+            best_terms[i, r] = terms[i, r, slot]

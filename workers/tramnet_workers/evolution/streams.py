@@ -18,3 +18,4 @@ class Purpose(IntEnum):
     REPLACEMENT = 6  # slot: individual
     MATING = 7  # slot: couple
     MUTATION = 8  # slot: child
+    BIT_MUTATION = 9  # slot: 0
