@@ -2,7 +2,8 @@
 
 ``literal`` is what Kim & Khosla (1992) print, with the smallest choices where they print nothing.
 ``recommended`` is what works best in our measurements: their algorithm with Gray code, medians,
-tournaments, an elite and connecting constraints that grow. This one table is all there is.
+tournaments, an elite and connecting constraints that grow. ``polished`` adds a local search of the
+link lengths after step 1. This one table is all there is.
 """
 
 from collections.abc import Mapping
@@ -10,6 +11,7 @@ from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from enum import StrEnum
 from functools import lru_cache
+from math import radians
 from types import MappingProxyType
 
 import msgspec
@@ -169,6 +171,23 @@ class ElbowRule:
 
 
 @dataclass(frozen=True)
+class Refinement:
+    """How steps 2 and 3 of Progressive Design search around the result of the step before.
+
+    Attributes:
+        bits: Bits of a gene.
+        generations: Number of generations.
+        half_angle: Half width of the range of each joint angle [rad].
+        half_base: Half width of the range of each base coordinate [m].
+    """
+
+    bits: int
+    generations: int
+    half_angle: float
+    half_base: float
+
+
+@dataclass(frozen=True)
 class MpgaSettings:
     """All settings of the method.
 
@@ -178,8 +197,11 @@ class MpgaSettings:
         weights: Of the terms of eq (4).
         ramp: Of the connecting constraints.
         elbow: Rule for step 1 of Progressive Design, or None.
+        prototype: Search of step 2 of Progressive Design.
+        planning: Search of step 3.
         printed_hc: Whether HC has the printed sign, which makes degenerate arms.
         snap: Whether Progressive Design moves the poses found exactly onto their task points.
+        polish: Whether a local search improves the link lengths after step 1.
     """
 
     name: str
@@ -187,8 +209,11 @@ class MpgaSettings:
     weights: Weights
     ramp: Ramp
     elbow: ElbowRule | None
+    prototype: Refinement = Refinement(12, 300, radians(40.0), 0.1)
+    planning: Refinement = Refinement(12, 300, radians(15.0), 0.0)
     printed_hc: bool = False
     snap: bool = True
+    polish: bool = False
 
     def with_genetic(self, genetic: GeneticSettings) -> "MpgaSettings":
         """Return the same with other genetic settings."""
@@ -230,6 +255,14 @@ SETTINGS: Mapping[str, MpgaSettings] = MappingProxyType(
             weights=Weights(),
             ramp=Ramp(),
             elbow=ElbowRule(),
+        ),
+        "polished": MpgaSettings(
+            name="polished",
+            genetic=GeneticSettings(),
+            weights=Weights(),
+            ramp=Ramp(),
+            elbow=ElbowRule(),
+            polish=True,
         ),
     }
 )
