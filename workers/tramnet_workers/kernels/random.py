@@ -106,6 +106,30 @@ def gaussian(stream: Stream) -> float:
     return float(radius * sincos(_TWO_PI * uniform(stream)).cosine)
 
 
+@kernel
+def fill_words(
+    words: NDArray[np.uint64], seed: int, population: int, generation: int, purpose: int
+) -> None:
+    """Write the first words of many slots' streams, as ``next_word`` would return them.
+
+    Args:
+        words: Receives word i of slot j in place (i, j), of shape (n_words, n_slots).
+        seed: Seed of the run, as for ``open_stream``.
+        population: Index of the population.
+        generation: Index of the generation.
+        purpose: What the numbers are for.
+    """
+    key_0, key_1 = np.uint64(seed), (np.uint64(population) << _HALF) | np.uint64(purpose)
+    for first in range(0, len(words), 4):
+        counter = np.uint64(first // 4 + 1)
+        for slot in range(words.shape[1]):
+            block = _philox(
+                key_0, key_1, counter, np.uint64(slot), np.uint64(generation), _ZERO
+            )
+            for i in range(min(4, len(words) - first)):
+                words[first + i, slot] = block[i]
+
+
 @device
 def _multiply(a: np.uint64, b: np.uint64) -> tuple[np.uint64, np.uint64]:
     """Return the high and the low word of the 128-bit product of two words."""
@@ -124,13 +148,21 @@ def _next_block(stream: Stream) -> None:
         stream[i] += _ONE
         if stream[i] != _ZERO:
             break
-    k0, k1 = stream[0], stream[1]
-    c0, c1, c2, c3 = stream[2], stream[3], stream[4], stream[5]
+    stream[6], stream[7], stream[8], stream[9] = _philox(
+        stream[0], stream[1], stream[2], stream[3], stream[4], stream[5]
+    )
+    stream[_TAKEN] = _ZERO
+
+
+@device
+def _philox(
+    k0: np.uint64, k1: np.uint64, c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64
+) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
+    """Return the block of four words of a key and a counter."""
     for _ in range(_ROUNDS):
         high_0, low_0 = _multiply(_MULTIPLIER_0, c0)
         high_1, low_1 = _multiply(_MULTIPLIER_1, c2)
         c0, c1, c2, c3 = high_1 ^ c1 ^ k0, low_1, high_0 ^ c3 ^ k1, low_0
         k0 += _WEYL_0
         k1 += _WEYL_1
-    stream[6], stream[7], stream[8], stream[9] = c0, c1, c2, c3
-    stream[_TAKEN] = _ZERO
+    return c0, c1, c2, c3
