@@ -24,8 +24,9 @@ from tramnet_master.results import MotionResult
 from tramnet_master.run_folder import OpenRunFolder
 from tramnet_master.servo_results import servo_result
 from tramnet_protocol.messages import Setup
-from tramnet_workers.evolution import smooth
+from tramnet_workers.evolution import smooth, wang_zalzala
 from tramnet_workers.evolution.algorithm import Algorithm
+from tramnet_workers.problems.grid_motion import DecodingSettings, GridMotion
 from tramnet_workers.problems.motion_task import MotionTask
 from tramnet_workers.problems.plan import Plan
 from tramnet_workers.problems.servo import PERIODS, ServoSettings
@@ -219,21 +220,42 @@ def _smooth(task: MotionTask, options: Puma560Options) -> Planner:
         generations,
         problem.lower,
         problem.upper,
-        _settings(options, smooth.SmoothSettings),
+        _settings(options.method, options.settings, smooth.SmoothSettings),
     )
     return Planner(Setup(problem.name, problem.parameters()), algorithm, generations, problem.plan)
 
 
-def _settings(options: Puma560Options, kind: type[Settings]) -> Settings:
+def _wang_zalzala(task: MotionTask, options: Puma560Options) -> Planner:
+    decoding = {
+        name: value
+        for name, value in options.settings.items()
+        if name in DecodingSettings.__struct_fields__
+    }
+    breeding = {k: v for k, v in options.settings.items() if k not in decoding}
+    problem = GridMotion(task, _settings(options.method, decoding, DecodingSettings))
+    algorithm = wang_zalzala.WangZalzala(
+        options.seed,
+        options.population or wang_zalzala.POPULATION_SIZE,
+        problem.grid,
+        _settings(options.method, breeding, wang_zalzala.WangZalzalaSettings),
+    )
+    return Planner(
+        Setup(problem.name, problem.parameters()),
+        algorithm,
+        options.generations or wang_zalzala.GENERATIONS,
+        problem.plan,
+    )
+
+
+def _settings(method: str, settings: dict[str, object], kind: type[Settings]) -> Settings:
     try:
-        return msgspec.convert(options.settings, kind, strict=True)
+        return msgspec.convert(settings, kind, strict=True)
     except msgspec.ValidationError as error:
         known = ", ".join(kind.__struct_fields__)
-        raise InvalidOption(
-            "--set", str(error), f"settings of {options.method}: {known}"
-        ) from error
+        raise InvalidOption("--set", str(error), f"settings of {method}: {known}") from error
 
 
 METHODS: Mapping[str, Callable[[MotionTask, Puma560Options], Planner]] = {
+    "wang-zalzala": _wang_zalzala,
     "smooth": _smooth,
 }
