@@ -90,7 +90,7 @@ def test_one_population_has_nobody_to_agree_with():
 
 
 @given(SEEDS, st.floats(0.0, 0.4))
-def test_a_mobile_base_pays_only_for_what_is_beyond_its_reach(seed, reach):
+def test_a_mobile_base_pays_for_what_is_farthest_beyond_its_reach(seed, reach):
     traits, terms = random_population(np.random.default_rng(seed), 5)
     values = np.ascontiguousarray(traits[:, :, 0])
 
@@ -100,7 +100,7 @@ def test_a_mobile_base_pays_only_for_what_is_beyond_its_reach(seed, reach):
         expected = 0.0
         for h in ((i - 1) % 5, (i + 1) % 5):
             distance = np.hypot(*(traits[i, 3:5] - values[h, 3:5, None]))
-            expected = expected + np.maximum(distance - reach, 0.0)
+            expected = np.maximum(distance - reach, expected)
         assert terms[i, BPC] == pytest.approx(expected)
 
 

@@ -101,21 +101,25 @@ def _compare_links(coupling: Coupling, target: Floats, traits: Floats, lc: Float
 def _compare_base(
     coupling: Coupling, target: Floats, allowed: float, traits: Floats, bpc: Floats
 ) -> None:
-    """Add the distance from a base position, less what is allowed."""
+    """Raise BPC to the distance from a base position, less what is allowed."""
     axes = traits[coupling.n_links : coupling.n_links + coupling.n_base]
     for j in range(len(bpc)):
         square = 0.0
         for axis in range(coupling.n_base):
             apart = axes[axis, j] - target[coupling.n_links + axis]
             square += apart * apart
-        bpc[j] += max(0.0, np.sqrt(square) - allowed)  # eq 10
+        bpc[j] = max(bpc[j], np.sqrt(square) - allowed)  # eq 10
 
 
 @kernel
 def _limit_mobility(
     coupling: Coupling, neighbours: Integers, values: Floats, traits: Floats, terms: Floats
 ) -> None:
-    """Use BPC for a mobile base: it is to stay within reach of its places at the neighbours."""
+    """Use BPC for a mobile base: it is to stay within reach of its places at the neighbours.
+
+    The worse side counts. With the sum of both, a place between two neighbours that are too far
+    apart would be as good as any other, and they would never come together.
+    """
     for side in range(2):
         if neighbours[side] >= 0:
             _compare_base(coupling, values[neighbours[side]], coupling.reach, traits, terms[BPC])
