@@ -10,7 +10,7 @@ from tramnet_workers.evolution.mpga import run_mpga
 from tramnet_workers.evolution.population import PopulationState, evolve
 from tramnet_workers.mpga_settings import SETTINGS, Coding, Connect, GeneticSettings, Selection
 from tramnet_workers.problems.bilevel import worth
-from tramnet_workers.problems.crank_design import CoupledDesign
+from tramnet_workers.problems.crank_design import PlanarDesign
 from tramnet_workers.problems.design_task import DesignTask
 from tramnet_workers.problems.stages import design_stage
 
@@ -94,7 +94,7 @@ def test_seeds_and_streams_make_different_runs(seed, stream):
 def test_a_problem_survives_the_wire():
     problem, genetic = crank(5, "literal")
 
-    copy = CoupledDesign.from_parameters(problem.parameters())
+    copy = PlanarDesign.from_parameters(problem.parameters())
 
     assert_same_run(run_mpga(copy, short(genetic), 1), run_mpga(problem, short(genetic), 1))
 
@@ -103,7 +103,7 @@ def test_a_spoiled_problem_is_refused():
     problem, _ = crank(2)
 
     with pytest.raises(InvalidParameters, match="generations"):
-        CoupledDesign.from_parameters({**problem.parameters(), "generations": "many"})
+        PlanarDesign.from_parameters({**problem.parameters(), "generations": "many"})
 
 
 def test_a_snapshot_of_a_population_of_one_hundred_takes_five_hundred_bytes():

@@ -171,6 +171,24 @@ class ElbowRule:
 
 
 @dataclass(frozen=True)
+class PlacementRule:
+    """Weights where RC stands in for inverse kinematics while links or base are to be agreed on.
+
+    With LC and BPC as weak as in step 1 each population rather moves its base than its arm; with a
+    strong RC from the beginning none moves at all.
+
+    Attributes:
+        rc: Weight of RC [1/m].
+        connecting: Weight of LC and BPC [1/m].
+        ramp: Growth of LC and BPC.
+    """
+
+    rc: float = 2.0
+    connecting: float = 10.0
+    ramp: Ramp = Ramp(decades=2.0)
+
+
+@dataclass(frozen=True)
 class Refinement:
     """How steps 2 and 3 of Progressive Design search around the result of the step before.
 
@@ -197,6 +215,7 @@ class MpgaSettings:
         weights: Of the terms of eq (4).
         ramp: Of the connecting constraints.
         elbow: Rule for step 1 of Progressive Design, or None.
+        placement: Rule for the placement of a given arm and for spatial arms.
         prototype: Search of step 2 of Progressive Design.
         planning: Search of step 3.
         printed_hc: Whether HC has the printed sign, which makes degenerate arms.
@@ -209,6 +228,7 @@ class MpgaSettings:
     weights: Weights
     ramp: Ramp
     elbow: ElbowRule | None
+    placement: PlacementRule = PlacementRule()
     prototype: Refinement = Refinement(12, 300, radians(40.0), 0.1)
     planning: Refinement = Refinement(12, 300, radians(15.0), 0.0)
     printed_hc: bool = False

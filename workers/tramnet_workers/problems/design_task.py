@@ -143,7 +143,7 @@ class DesignTask:
     def __post_init__(self) -> None:
         self._check_stations()
         self._check_limits()
-        self._check_weights()
+        check_weights(self.weights)
         self._check_arm()
         for i, box in enumerate(self.boxes):
             _check_numbers(f"boxes[{i}]", box, 4)
@@ -210,15 +210,6 @@ class DesignTask:
                 expected = f"less than upper[{i}] = {self.upper[i]}"
                 raise InvalidTask(f"lower[{i}]", f"{self.lower[i]}", expected)
 
-    def _check_weights(self) -> None:
-        for name, weight in self.weights.items():
-            if name not in _WEIGHTS:
-                raise InvalidTask(
-                    f"weights.{name}", "an unknown name", f"one of {', '.join(_WEIGHTS)}"
-                )
-            if not 0.0 <= weight < np.inf:
-                raise InvalidTask(f"weights.{name}", f"{weight}", "a finite number, at least 0")
-
     def _check_arm(self) -> None:
         if self.lengths is not None:
             _check_numbers("lengths", self.lengths, self.n_links)
@@ -258,6 +249,19 @@ _TYPES: Mapping[str, object] = {
     "strokes": tuple[Stroke, ...],
     "most_returns": int,
 }
+
+
+def check_weights(weights: Mapping[str, float]) -> None:
+    """Check weights of eq (4) by name.
+
+    Raises:
+        InvalidTask: A name is unknown or a weight negative.
+    """
+    for name, weight in weights.items():
+        if name not in _WEIGHTS:
+            raise InvalidTask(f"weights.{name}", "an unknown name", f"one of {', '.join(_WEIGHTS)}")
+        if not 0.0 <= weight < np.inf:
+            raise InvalidTask(f"weights.{name}", f"{weight}", "a finite number, at least 0")
 
 
 def _plain(value: object) -> object:

@@ -253,7 +253,7 @@ def _poses(progress: Progress, stations: Floats, traits: Floats) -> Poses:
     bases = traits[:, n : n + 2].copy() if planning else _common_bases(task, traits)
     joints = traits[:, n + 2 :].copy()
     if progress.settings.snap:
-        prismatic = progress.stage.problem.model.prismatic
+        prismatic = np.array([stroke.link for stroke in task.strokes], np.int64)
         snap_poses(lengths, prismatic, bases, progress.stage.problem.points, joints)
     return Poses(stations, lengths, bases, joints)
 

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from tramnet_workers.kernels.design import Coupling
 from tramnet_workers.kernels.planar import PlanarModel
 from tramnet_workers.mpga_settings import GeneticSettings, MpgaSettings, Refinement
-from tramnet_workers.problems.crank_design import CoupledDesign
+from tramnet_workers.problems.connected import ConnectedArms
+from tramnet_workers.problems.crank_design import PlanarDesign
 from tramnet_workers.problems.design_task import DesignTask
 
 Floats = NDArray[np.float64]
@@ -33,6 +34,9 @@ class Step(StrEnum):
     PLANNING = "planning"
     CONTROL = "control"
 
+
+#: The terms of eq (4), in its order.
+TERM_NAMES = ("dm", "tc", "rc", "hc", "jlc", "lc", "bpc", "jac")
 
 #: Fig. 8: which terms of eq (4) act in which step; control only checks.
 CONSTRAINTS: Mapping[Step, frozenset[str]] = MappingProxyType(
@@ -58,7 +62,7 @@ class Stage:
     """
 
     step: Step
-    problem: CoupledDesign
+    problem: ConnectedArms
     genetic: GeneticSettings
     stations: Floats
 
@@ -109,6 +113,8 @@ def prototype_stage(task: DesignTask, settings: MpgaSettings, around: Poses) -> 
         lower[:, first : first + 2] = around.bases - settings.prototype.half_base
         upper[:, first : first + 2] = around.bases + settings.prototype.half_base
     weights = _weights(task, settings)
+    if task.base.free:
+        weights, settings = _placed(task, settings, weights)
     problem = _problem(
         task, settings, Step.PROTOTYPE, lower, upper, weights, settings.prototype.generations
     )
@@ -178,6 +184,7 @@ def ring_neighbours(t: int, closed: bool) -> NDArray[np.int64]:
 def _placement_stage(task: DesignTask, settings: MpgaSettings) -> Stage:
     n = task.n_links
     task, weights = _same_elbow(task, settings)
+    weights, settings = _placed(task, settings, weights)
     lower, upper = _gene_limits(task, len(task.stations), n)
     lower[:, :n], upper[:, :n] = task.lower, task.upper
     problem = _problem(
@@ -214,7 +221,7 @@ def _ranges_around(
     lower[:, :n] -= refinement.half_angle
     upper[:, :n] += refinement.half_angle
     for s, stroke in enumerate(task.strokes):
-        share = refinement.half_angle / np.pi * stroke.length
+        share = refinement.half_angle / (np.pi / 2) * stroke.length
         lower[:, n + s] = np.maximum(centre[:, n + s] - share, 0.0)
         upper[:, n + s] = np.minimum(centre[:, n + s] + share, stroke.length)
     return lower, upper
@@ -243,6 +250,15 @@ def _same_elbow(task: DesignTask, settings: MpgaSettings) -> tuple[DesignTask, d
     return one_sided, {**weights, "jlc": task.weights.get("jlc", rule.jlc)}
 
 
+def _placed(
+    task: DesignTask, settings: MpgaSettings, weights: dict[str, float]
+) -> tuple[dict[str, float], MpgaSettings]:
+    """Return weights and settings under the settings' placement rule."""
+    rule = settings.placement
+    own = {"rc": rule.rc, "lc": rule.connecting, "bpc": rule.connecting}
+    return {**weights, **own, **task.weights}, replace(settings, ramp=rule.ramp)
+
+
 def _weights(task: DesignTask, settings: MpgaSettings) -> dict[str, float]:
     return {**asdict(settings.weights), **task.weights}
 
@@ -259,11 +275,10 @@ def _problem(
     upper: Floats,
     weights: Mapping[str, float],
     generations: int,
-) -> CoupledDesign:
+) -> PlanarDesign:
     n, t = task.n_links, len(task.stations)
     active = CONSTRAINTS[step] - ({"bpc"} if task.mobility == np.inf else set())
-    names = ("dm", "tc", "rc", "hc", "jlc", "lc", "bpc", "jac")
-    return CoupledDesign(
+    return PlanarDesign(
         points=task.points,
         lower=lower,
         upper=upper,
@@ -282,7 +297,9 @@ def _problem(
             n_angles=n,
             n_populations=t,
             neighbours=ring_neighbours(t, task.trajectory.closed),
-            weights=np.array([weights.get(name, 0.0) if name in active else 0.0 for name in names]),
+            weights=np.array(
+                [weights.get(name, 0.0) if name in active else 0.0 for name in TERM_NAMES]
+            ),
             reach=-1.0 if task.mobility is None else min(task.mobility, 1e9),
         ),
         ramp=settings.ramp,
