@@ -147,9 +147,8 @@ class GridMotion:
     def evaluate(self, genomes: NDArray[np.generic]) -> Array:
         """Return the objectives of chromosomes of shape (k, *genome_shape), of shape (k,)."""
         objectives = np.empty(len(genomes))
-        if len(genomes):
-            levels = np.ascontiguousarray(genomes, dtype=np.int16)
-            switching.evaluate(self._decoder, levels, objectives)
+        levels = np.ascontiguousarray(genomes, dtype=np.int16)
+        switching.evaluate(self._decoder, levels, objectives)
         return np.minimum(objectives, HOPELESS)
 
     def decode(self, genome: NDArray[np.generic]) -> Decoded | None:
