@@ -6,13 +6,22 @@ Introduction to Robotics, eqs 6.45-6.53. States stand side by side in *lane bloc
 instructions wherever it stands. The frames of link i lie at joint i; joints turn about their own z.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_workers.kernels import device, kernel
 from tramnet_workers.kernels.transforms import sincos
+from tramnet_workers.kernels.vectors import (
+    Matrix,
+    Vector,
+    add,
+    cross,
+    into_joint,
+    out_of_joint,
+    rotation_rates,
+    scale,
+    times,
+)
 
 Array = NDArray[np.float64]
 
@@ -37,28 +46,6 @@ _FORCE_FROM_TIP = 9
 _MOMENT_FROM_TIP = 12
 _LINKS = 15
 _LINK_ROWS = 8  # sine, cosine, force (3), moment (3)
-
-
-class Vector(NamedTuple):
-    """A vector of three components in some link's frame."""
-
-    x: float
-    y: float
-    z: float
-
-
-class Matrix(NamedTuple):
-    """A matrix of 3 x 3, row by row."""
-
-    xx: float
-    xy: float
-    xz: float
-    yx: float
-    yy: float
-    yz: float
-    zx: float
-    zy: float
-    zz: float
 
 
 @kernel
@@ -154,21 +141,21 @@ def _step_outward(joint: Array, q: Array, qd: Array, qdd: Array, chain: Array, l
         rate = qd[lane]
         omega_parent = _lane(chain, _OMEGA, lane)
         omega_dot_parent = _lane(chain, _OMEGA_DOT, lane)
-        origin = _add(
+        origin = add(
             _lane(chain, _ACCELERATION, lane),
-            _times(_rotation_rates(omega_parent, omega_dot_parent), offset),
+            times(rotation_rates(omega_parent, omega_dot_parent), offset),
         )
-        turned = _into_joint(placement, s, c, omega_parent)
+        turned = into_joint(placement, s, c, omega_parent)
         omega = Vector(turned.x, turned.y, turned.z + rate)
-        carried = _into_joint(placement, s, c, omega_dot_parent)
+        carried = into_joint(placement, s, c, omega_dot_parent)
         omega_dot = Vector(
             carried.x + turned.y * rate, carried.y - turned.x * rate, carried.z + qdd[lane]
         )
-        acceleration = _into_joint(placement, s, c, origin)
-        force = _scale(mass, _add(acceleration, _times(_rotation_rates(omega, omega_dot), centre)))
-        moment = _add(
-            _add(_times(inertia, omega_dot), _cross(omega, _times(inertia, omega))),
-            _cross(centre, force),
+        acceleration = into_joint(placement, s, c, origin)
+        force = scale(mass, add(acceleration, times(rotation_rates(omega, omega_dot), centre)))
+        moment = add(
+            add(times(inertia, omega_dot), cross(omega, times(inertia, omega))),
+            cross(centre, force),
         )
         link[lane] = s
         link[LANES + lane] = c
@@ -188,64 +175,13 @@ def _step_inward(joint: Array, qdd: Array, chain: Array, link: Array, tau: Array
     for lane in range(LANES):
         s = link[lane]
         c = link[LANES + lane]
-        force = _add(_lane(link, 2, lane), _lane(chain, _FORCE_FROM_TIP, lane))
-        moment = _add(_lane(link, 5, lane), _lane(chain, _MOMENT_FROM_TIP, lane))
+        force = add(_lane(link, 2, lane), _lane(chain, _FORCE_FROM_TIP, lane))
+        moment = add(_lane(link, 5, lane), _lane(chain, _MOMENT_FROM_TIP, lane))
         tau[lane] = moment.z + armature * qdd[lane]
-        force_parent = _out_of_joint(placement, s, c, force)
-        moment_parent = _add(_out_of_joint(placement, s, c, moment), _cross(offset, force_parent))
+        force_parent = out_of_joint(placement, s, c, force)
+        moment_parent = add(out_of_joint(placement, s, c, moment), cross(offset, force_parent))
         _store(chain, _FORCE_FROM_TIP, lane, force_parent)
         _store(chain, _MOMENT_FROM_TIP, lane, moment_parent)
-
-
-@device
-def _rotation_rates(omega: Vector, omega_dot: Vector) -> Matrix:
-    """Return the matrix U with U r = omega_dot x r + omega x (omega x r)."""
-    xx, yy, zz = omega.x * omega.x, omega.y * omega.y, omega.z * omega.z
-    xy, xz, yz = omega.x * omega.y, omega.x * omega.z, omega.y * omega.z
-    return Matrix(
-        -(yy + zz), xy - omega_dot.z, xz + omega_dot.y,
-        xy + omega_dot.z, -(xx + zz), yz - omega_dot.x,
-        xz - omega_dot.y, yz + omega_dot.x, -(xx + yy),
-    )  # fmt: skip
-
-
-@device
-def _into_joint(placement: Matrix, s: float, c: float, v: Vector) -> Vector:
-    """Turn a vector from the parent link's frame into that of a link whose joint is at (s, c)."""
-    x = placement.xx * v.x + placement.yx * v.y + placement.zx * v.z
-    y = placement.xy * v.x + placement.yy * v.y + placement.zy * v.z
-    z = placement.xz * v.x + placement.yz * v.y + placement.zz * v.z
-    return Vector(c * x + s * y, c * y - s * x, z)
-
-
-@device
-def _out_of_joint(placement: Matrix, s: float, c: float, v: Vector) -> Vector:
-    """Turn a vector from the frame of a link whose joint is at (s, c) into the parent's."""
-    return _times(placement, Vector(c * v.x - s * v.y, s * v.x + c * v.y, v.z))
-
-
-@device
-def _times(m: Matrix, v: Vector) -> Vector:
-    return Vector(
-        m.xx * v.x + m.xy * v.y + m.xz * v.z,
-        m.yx * v.x + m.yy * v.y + m.yz * v.z,
-        m.zx * v.x + m.zy * v.y + m.zz * v.z,
-    )
-
-
-@device
-def _cross(a: Vector, b: Vector) -> Vector:
-    return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
-
-
-@device
-def _add(a: Vector, b: Vector) -> Vector:
-    return Vector(a.x + b.x, a.y + b.y, a.z + b.z)
-
-
-@device
-def _scale(factor: float, v: Vector) -> Vector:
-    return Vector(factor * v.x, factor * v.y, factor * v.z)
 
 
 @device

@@ -1,4 +1,4 @@
-"""Parts of the inverse dynamics: at sheet, and of accelerations alone.
+"""Parts of the inverse dynamics: at rest, and of accelerations alone.
 
 The torque of a segment needs three parts of tau = H(q) qdd + C(q, qd) qd + g(q) at one posture. Three
 calls of ``inverse_dynamics`` would give them, but they share sines and cosines, and two of them
@@ -19,19 +19,21 @@ from tramnet_workers.kernels.dynamics import (
     MASS,
     ROTATION,
     TRANSLATION,
-    Matrix,
-    Vector,
-    _add,
-    _cross,
-    _into_joint,
     _lane,
-    _out_of_joint,
-    _rotation_rates,
-    _scale,
     _store,
-    _times,
 )
 from tramnet_workers.kernels.transforms import sincos
+from tramnet_workers.kernels.vectors import (
+    Matrix,
+    Vector,
+    add,
+    cross,
+    into_joint,
+    out_of_joint,
+    rotation_rates,
+    scale,
+    times,
+)
 
 Array = NDArray[np.float64]
 
@@ -66,7 +68,16 @@ def new_links(n: int) -> Array:
 
 
 @device
-def resting_torques(arm: Array, gravity: Array, j: int, first: int, share: float, book: Book, chain: Array, links: Array) -> None:
+def resting_torques(
+    arm: Array,
+    gravity: Array,
+    j: int,
+    first: int,
+    share: float,
+    book: Book,
+    chain: Array,
+    links: Array,
+) -> None:
     """Compute what no velocity changes: sines, cosines, g, and A = 2 H D + share^2 C(D, D).
 
     Args:
@@ -91,7 +102,9 @@ def resting_torques(arm: Array, gravity: Array, j: int, first: int, share: float
 
 
 @device
-def _rest_outward(arm: Array, i: int, j: int, row: int, share: float, book: Book, chain: Array, links: Array) -> None:
+def _rest_outward(
+    arm: Array, i: int, j: int, row: int, share: float, book: Book, chain: Array, links: Array
+) -> None:
     placement = _matrix(arm, i, ROTATION)
     offset = _vector(arm, i, TRANSLATION)
     mass = arm[i, MASS]
@@ -99,33 +112,33 @@ def _rest_outward(arm: Array, i: int, j: int, row: int, share: float, book: Book
     inertia = _symmetric(arm, i, INERTIA)
     for lane in range(LANES):
         s, c = sincos(book[j, row, ANGLE + lane])
-        rate, rate_dot = share * book[j, i, STEP + lane], 2.0 * book[j, i, STEP + lane]
+        rate, rate_dot = share * book[j, row, STEP + lane], 2.0 * book[j, row, STEP + lane]
         omega_parent = _lane(chain, _OMEGA, lane)
         omega_dot_parent = _lane(chain, _OMEGA_DOT, lane)
-        origin = _add(
+        origin = add(
             _lane(chain, _ACCELERATION, lane),
-            _times(_rotation_rates(omega_parent, omega_dot_parent), offset),
+            times(rotation_rates(omega_parent, omega_dot_parent), offset),
         )
-        turned = _into_joint(placement, s, c, omega_parent)
+        turned = into_joint(placement, s, c, omega_parent)
         omega = Vector(turned.x, turned.y, turned.z + rate)
-        carried = _into_joint(placement, s, c, omega_dot_parent)
+        carried = into_joint(placement, s, c, omega_dot_parent)
         omega_dot = Vector(
             carried.x + turned.y * rate, carried.y - turned.x * rate, carried.z + rate_dot
         )
-        acceleration = _into_joint(placement, s, c, origin)
-        force = _scale(mass, _add(acceleration, _times(_rotation_rates(omega, omega_dot), centre)))
-        moment = _add(
-            _add(_times(inertia, omega_dot), _cross(omega, _times(inertia, omega))),
-            _cross(centre, force),
+        acceleration = into_joint(placement, s, c, origin)
+        force = scale(mass, add(acceleration, times(rotation_rates(omega, omega_dot), centre)))
+        moment = add(
+            add(times(inertia, omega_dot), cross(omega, times(inertia, omega))),
+            cross(centre, force),
         )
-        lift = _into_joint(placement, s, c, _lane(chain, _GRAVITY, lane))
-        weight = _scale(mass, lift)
+        lift = into_joint(placement, s, c, _lane(chain, _GRAVITY, lane))
+        weight = scale(mass, lift)
         book[j, row, SINE + lane] = s
         book[j, row, COSINE + lane] = c
         _store_link(links, i, _KEPT_FORCE, lane, force)
         _store_link(links, i, _KEPT_MOMENT, lane, moment)
         _store_link(links, i, _KEPT_WEIGHT, lane, weight)
-        _store_link(links, i, _KEPT_TILT, lane, _cross(centre, weight))
+        _store_link(links, i, _KEPT_TILT, lane, cross(centre, weight))
         _store(chain, _OMEGA, lane, omega)
         _store(chain, _OMEGA_DOT, lane, omega_dot)
         _store(chain, _ACCELERATION, lane, acceleration)
@@ -133,22 +146,24 @@ def _rest_outward(arm: Array, i: int, j: int, row: int, share: float, book: Book
 
 
 @device
-def _rest_inward(arm: Array, i: int, j: int, row: int, book: Book, chain: Array, links: Array) -> None:
+def _rest_inward(
+    arm: Array, i: int, j: int, row: int, book: Book, chain: Array, links: Array
+) -> None:
     placement = _matrix(arm, i, ROTATION)
     offset = _vector(arm, i, TRANSLATION)
     armature = 2.0 * arm[i, ARMATURE]
     for lane in range(LANES):
         s, c = book[j, row, SINE + lane], book[j, row, COSINE + lane]
-        force = _add(_link_lane(links, i, _KEPT_FORCE, lane), _lane(chain, _FORCE, lane))
-        moment = _add(_link_lane(links, i, _KEPT_MOMENT, lane), _lane(chain, _MOMENT, lane))
-        weight = _add(_link_lane(links, i, _KEPT_WEIGHT, lane), _lane(chain, _WEIGHT, lane))
-        tilt = _add(_link_lane(links, i, _KEPT_TILT, lane), _lane(chain, _TILT, lane))
-        book[j, row, A + lane] = moment.z + armature * book[j, i, STEP + lane]
+        force = add(_link_lane(links, i, _KEPT_FORCE, lane), _lane(chain, _FORCE, lane))
+        moment = add(_link_lane(links, i, _KEPT_MOMENT, lane), _lane(chain, _MOMENT, lane))
+        weight = add(_link_lane(links, i, _KEPT_WEIGHT, lane), _lane(chain, _WEIGHT, lane))
+        tilt = add(_link_lane(links, i, _KEPT_TILT, lane), _lane(chain, _TILT, lane))
+        book[j, row, A + lane] = moment.z + armature * book[j, row, STEP + lane]
         book[j, row, C + lane] = tilt.z
-        force_parent = _out_of_joint(placement, s, c, force)
-        moment_parent = _add(_out_of_joint(placement, s, c, moment), _cross(offset, force_parent))
-        weight_parent = _out_of_joint(placement, s, c, weight)
-        tilt_parent = _add(_out_of_joint(placement, s, c, tilt), _cross(offset, weight_parent))
+        force_parent = out_of_joint(placement, s, c, force)
+        moment_parent = add(out_of_joint(placement, s, c, moment), cross(offset, force_parent))
+        weight_parent = out_of_joint(placement, s, c, weight)
+        tilt_parent = add(out_of_joint(placement, s, c, tilt), cross(offset, weight_parent))
         _store(chain, _FORCE, lane, force_parent)
         _store(chain, _MOMENT, lane, moment_parent)
         _store(chain, _WEIGHT, lane, weight_parent)
@@ -176,7 +191,9 @@ def momentum(arm: Array, j: int, first: int, book: Book, chain: Array, links: Ar
 
 
 @device
-def _momentum_outward(arm: Array, i: int, j: int, row: int, book: Book, chain: Array, links: Array) -> None:
+def _momentum_outward(
+    arm: Array, i: int, j: int, row: int, book: Book, chain: Array, links: Array
+) -> None:
     placement = _matrix(arm, i, ROTATION)
     offset = _vector(arm, i, TRANSLATION)
     mass = arm[i, MASS]
@@ -185,12 +202,12 @@ def _momentum_outward(arm: Array, i: int, j: int, row: int, book: Book, chain: A
     for lane in range(LANES):
         s, c = book[j, row, SINE + lane], book[j, row, COSINE + lane]
         omega_dot_parent = _lane(chain, _OMEGA_DOT, lane)
-        origin = _add(_lane(chain, _ACCELERATION, lane), _cross(omega_dot_parent, offset))
-        carried = _into_joint(placement, s, c, omega_dot_parent)
-        omega_dot = Vector(carried.x, carried.y, carried.z + book[j, i, RATE + lane])
-        acceleration = _into_joint(placement, s, c, origin)
-        force = _scale(mass, _add(acceleration, _cross(omega_dot, centre)))
-        moment = _add(_times(inertia, omega_dot), _cross(centre, force))
+        origin = add(_lane(chain, _ACCELERATION, lane), cross(omega_dot_parent, offset))
+        carried = into_joint(placement, s, c, omega_dot_parent)
+        omega_dot = Vector(carried.x, carried.y, carried.z + book[j, row, RATE + lane])
+        acceleration = into_joint(placement, s, c, origin)
+        force = scale(mass, add(acceleration, cross(omega_dot, centre)))
+        moment = add(times(inertia, omega_dot), cross(centre, force))
         _store_link(links, i, _KEPT_FORCE, lane, force)
         _store_link(links, i, _KEPT_MOMENT, lane, moment)
         _store(chain, _OMEGA_DOT, lane, omega_dot)
@@ -198,17 +215,19 @@ def _momentum_outward(arm: Array, i: int, j: int, row: int, book: Book, chain: A
 
 
 @device
-def _momentum_inward(arm: Array, i: int, j: int, row: int, book: Book, chain: Array, links: Array) -> None:
+def _momentum_inward(
+    arm: Array, i: int, j: int, row: int, book: Book, chain: Array, links: Array
+) -> None:
     placement = _matrix(arm, i, ROTATION)
     offset = _vector(arm, i, TRANSLATION)
     armature = arm[i, ARMATURE]
     for lane in range(LANES):
         s, c = book[j, row, SINE + lane], book[j, row, COSINE + lane]
-        force = _add(_link_lane(links, i, _KEPT_FORCE, lane), _lane(chain, _FORCE, lane))
-        moment = _add(_link_lane(links, i, _KEPT_MOMENT, lane), _lane(chain, _MOMENT, lane))
-        book[j, row, B + lane] = -(moment.z + armature * book[j, i, RATE + lane])
-        force_parent = _out_of_joint(placement, s, c, force)
-        moment_parent = _add(_out_of_joint(placement, s, c, moment), _cross(offset, force_parent))
+        force = add(_link_lane(links, i, _KEPT_FORCE, lane), _lane(chain, _FORCE, lane))
+        moment = add(_link_lane(links, i, _KEPT_MOMENT, lane), _lane(chain, _MOMENT, lane))
+        book[j, row, B + lane] = -(moment.z + armature * book[j, row, RATE + lane])
+        force_parent = out_of_joint(placement, s, c, force)
+        moment_parent = add(out_of_joint(placement, s, c, moment), cross(offset, force_parent))
         _store(chain, _FORCE, lane, force_parent)
         _store(chain, _MOMENT, lane, moment_parent)
 
