@@ -1,14 +1,15 @@
 """The book of a block of trajectories: where each number stands, for ``kernels.motion`` and its parts.
 
 States stand side by side in lanes, as in ``kernels.dynamics``. Page j belongs to node j and to the
-segment that begins there. Its rows are the joints, at each posture at which torques are bounded;
-what is known of the node itself is with the first posture. The last row is what is known of all joints
+segment that begins there. Its rows are the joints, once for each posture at which torques are
+bounded; what does not depend on the posture is repeated. The last row is what is known of all joints
 together. Columns are LANES wide: element ``[j, row, COLUMN + lane]``.
 
-All this stands in one array, into which all functions index, for two reasons. LLVM vectorises a loop over
-lanes only if it can tell that no lane reads what another one writes; columns at constant distances
-tell it. And every array that is passed to an inlined function, and every view of one, counts references
-with two locked instructions: with an array for each thing, a fifth of the time of an evaluation.
+All this stands in one array, into which all functions index, for two reasons. LLVM vectorises a loop
+over lanes only if it can tell that no lane reads what another one writes; columns at constant
+distances in one row tell it. And every array that an inlined function takes, and every view of one,
+counts references with two locked instructions: with an array for each thing, that was a fifth of
+the time of an evaluation.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ from tramnet_workers.kernels.dynamics import LANES
 
 Book = NDArray[np.float64]
 
-# Columns of a joint at a posture.
+# Columns of a joint.
 ANGLE = 0  # [rad]
 SINE = LANES
 COSINE = 2 * LANES
@@ -29,7 +30,6 @@ C = 5 * LANES
 GAP_START = 6 * LANES  # the torque is out of bounds between these x [1/s]
 GAP_END = 7 * LANES
 SLOPE = 8 * LANES  # scratch of the brake rule, which also uses the two columns of the gap
-# Columns of a joint at a node, with the first posture.
 NODE = 9 * LANES  # angle at the node [rad]
 STEP = 10 * LANES  # displacement D to the next node [rad]
 RATE = 11 * LANES  # velocity v at the node [rad/s]
@@ -66,10 +66,10 @@ def new_book(segments: int, n_joints: int, n_postures: int) -> Book:
 @device
 def n_segments(book: Book) -> int:
     """Return the number of segments."""
-    return book.shape[0] - 1
+    return int(book.shape[0]) - 1
 
 
 @device
 def last_row(book: Book) -> int:
     """Return the index of the row of all joints together; the number of rows before it."""
-    return book.shape[1] - 1
+    return int(book.shape[1]) - 1

@@ -77,20 +77,21 @@ def lay_out(genomes: Levels, first: int, placement: Array, book: Book) -> None:
         book: Receives NODE and STEP of all pages, and what holds at the start.
     """
     n, last = n_segments(book), last_row(book)
-    for i in range(genomes.shape[1]):
+    for row in range(last):
+        i = row % genomes.shape[1]
         start, goal = placement[0, i], placement[1, i]
         line, step = placement[2, i], placement[3, i]
         for lane in range(LANES):
             at = first + lane if first + lane < genomes.shape[0] else first
-            book[0, i, NODE + lane] = start
-            book[0, i, RATE + lane] = 0.0
-            book[n, i, NODE + lane] = goal
+            book[0, row, NODE + lane] = start
+            book[0, row, RATE + lane] = 0.0
+            book[n, row, NODE + lane] = goal
             for j in range(1, n):
-                book[j, i, NODE + lane] = start + line * j + step * genomes[at, i, j - 1]
-    for j in range(n):
-        for i in range(genomes.shape[1]):
+                book[j, row, NODE + lane] = start + line * j + step * genomes[at, i, j - 1]
+        for j in range(n):
             for lane in range(LANES):
-                book[j, i, STEP + lane] = book[j + 1, i, NODE + lane] - book[j, i, NODE + lane]
+                after = book[j + 1, row, NODE + lane]
+                book[j, row, STEP + lane] = after - book[j, row, NODE + lane]
     for lane in range(LANES):
         book[0, last, TIME + lane] = 0.0
         book[0, last, IMPULSE + lane] = 0.0
@@ -156,10 +157,10 @@ def _advance(limits: Array, torques_count: bool, j: int, book: Book) -> None:
         book[j + 1, last, TIME + lane] = book[j, last, TIME + lane] + h
         failed = max(book[j, last, FAILED + lane], book[j, last, LOST + lane])
         book[j + 1, last, FAILED + lane] = failed
-    for i in range(limits.shape[1]):
+    for row in range(last):
         for lane in range(LANES):
-            gain = 2.0 * book[j, i, STEP + lane] * book[j, last, CHOSEN + lane]
-            book[j + 1, i, RATE + lane] = gain - book[j, i, RATE + lane]
+            gain = 2.0 * book[j, row, STEP + lane] * book[j, last, CHOSEN + lane]
+            book[j + 1, row, RATE + lane] = gain - book[j, row, RATE + lane]
     if torques_count:
         _add_impulse(limits, j, book)
 

@@ -20,8 +20,8 @@ from tramnet_workers.kernels.book import (
     CHOSEN,
     GAP_END,
     GAP_START,
-    LOW,
     LOST,
+    LOW,
     LOWER,
     NODE,
     OUTSIDE,
@@ -84,7 +84,11 @@ def _cap_velocities(limits: Array, j: int, book: Book) -> None:
         bound = limits[VELOCITY, i]
         if bound < np.inf:
             for lane in range(LANES):
-                along = book[j, i, RATE + lane] if book[j, i, STEP + lane] >= 0.0 else -book[j, i, RATE + lane]
+                along = (
+                    book[j, i, RATE + lane]
+                    if book[j, i, STEP + lane] >= 0.0
+                    else -book[j, i, RATE + lane]
+                )
                 cap = max(bound + along, 0.0) / max(2.0 * abs(book[j, i, STEP + lane]), _TINY)
                 book[j, last, TOP + lane] = min(book[j, last, TOP + lane], cap)
 
@@ -180,9 +184,7 @@ def _look_outside(limits: Array, j: int, book: Book) -> bool:
 
 
 @device
-def _look_outside_joint(
-    lower: float, upper: float, j: int, i: int, book: Book
-) -> int:
+def _look_outside_joint(lower: float, upper: float, j: int, i: int, book: Book) -> int:
     """Compare the turning point, v^2 / (4 x (v - D x)) beyond the node, with the room r there is.
 
     Where it is too far, the joint turns in time from x = v / (2 r (1 + sqrt(1 - D / r))) on.
@@ -200,7 +202,9 @@ def _look_outside_joint(
         some_room = max(room, _TINY)
         root = np.sqrt(max(1.0 - ahead / some_room, 0.0))
         needed = speed / (2.0 * some_room * (1.0 + root))
-        book[j, last, OUTSIDE + lane] = max(book[j, last, OUTSIDE + lane], needed if beyond else 0.0)
+        book[j, last, OUTSIDE + lane] = max(
+            book[j, last, OUTSIDE + lane], needed if beyond else 0.0
+        )
         found += 1 if beyond else 0
     return found
 

@@ -81,7 +81,9 @@ def _bound_torque(bound: float, j: int, row: int, book: Book) -> None:
         start, end = under / m_inner, m_inner / a
         book[j, last, LOW + lane] = max(book[j, last, LOW + lane], near if falls else -far)
         highest = far if falls else -near
-        book[j, last, TOP + lane] = min(book[j, last, TOP + lane], highest if outer >= 0.0 else -1.0)
+        book[j, last, TOP + lane] = min(
+            book[j, last, TOP + lane], highest if outer >= 0.0 else -1.0
+        )
         book[j, row, GAP_START + lane] = start if falls else -end
         book[j, row, GAP_END + lane] = (end if falls else -start) if inner > 0.0 else 0.0
 

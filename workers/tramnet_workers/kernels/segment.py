@@ -19,7 +19,6 @@ from tramnet_workers.kernels.book import (
     B,
     Book,
     C,
-    last_row,
     n_segments,
 )
 from tramnet_workers.kernels.dynamics import LANES, dynamics_workspace, inverse_dynamics
@@ -65,10 +64,10 @@ def rest_segments(
 
 @device
 def _place(n_joints: int, j: int, first: int, way: float, book: Book) -> None:
-    for i in range(n_joints):
+    for row in range(first, first + n_joints):
         for lane in range(LANES):
-            along = way * book[j, i, STEP + lane]
-            book[j, first + i, ANGLE + lane] = book[j, i, NODE + lane] + along
+            along = way * book[j, row, STEP + lane]
+            book[j, row, ANGLE + lane] = book[j, row, NODE + lane] + along
 
 
 @device
