@@ -14,21 +14,22 @@ from tramnet_workers.kernels.random import new_stream, open_stream, uniform
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+_TINY = 1e-300
 
-def scaled_fitness(objectives: Floats) -> Floats:
+
+def scaled_fitness(objectives: Floats, hopeless: float) -> Floats:
     """Return 2 - J / max J: Wang & Zalzala (1995), section 4.4.1.
 
     Args:
-        objectives: Objectives J > 0, of shape (N,); infinite where there is none.
+        objectives: Objectives J > 0, of shape (N,).
+        hopeless: J from which on an individual counts as none; the paper has no such individuals.
 
     Returns:
-        Fitness in [1, 2], of shape (N,); 0 where there is no objective.
+        Fitness in [1, 2), of shape (N,); 0 where there is no individual to speak of.
     """
-    finite = np.isfinite(objectives)
-    worst = objectives[finite].max(initial=0.0)
-    if worst <= 0.0:
-        return finite.astype(np.float64)
-    return np.where(finite, 2.0 - np.where(finite, objectives, 0.0) / worst, 0.0)
+    sound = objectives < hopeless
+    worst = objectives.max(initial=0.0, where=sound)
+    return np.where(sound, 2.0 - objectives / max(worst, _TINY), 0.0)
 
 
 @kernel
@@ -65,10 +66,10 @@ def _fingerprint(genomes: NDArray[np.int16], slot: int) -> np.uint64:
 
 @device
 def _are_equal(genomes: NDArray[np.int16], one: int, other: int) -> bool:
+    equal = True
     for k in range(genomes.shape[1]):
-        if genomes[one, k] != genomes[other, k]:
-            return False
-    return True
+        equal = equal and genomes[one, k] == genomes[other, k]
+    return equal
 
 
 @kernel
@@ -129,5 +130,5 @@ def _next_below_limit(slot: int, firsts: Indices, counts: Indices, most: int) ->
     for k in range(n):
         candidate = (slot + k) % n
         if counts[firsts[candidate]] < most:
-            return candidate
-    return slot
+            return int(candidate)
+    return int(slot)

@@ -27,6 +27,7 @@ from tramnet_workers.kernels.grid_operators import (
     destroy_trajectories,
     shift_positions,
 )
+from tramnet_workers.kernels.switching import HOPELESS
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Count = Annotated[int, Meta(ge=1)]
@@ -99,7 +100,9 @@ class WangZalzala:
         """Return the first population: random trajectories."""
         genomes = np.zeros((self.population_size, *self.grid.lower.shape), np.int16)
         slots = np.arange(self.population_size)
-        random_trajectories(self.grid, self._walk, self._key(0), Purpose.INITIAL, slots, genomes)
+        random_trajectories(
+            self.grid, self._walk, self._key(0), Purpose.INITIAL.value, slots, genomes
+        )
         return genomes
 
     def breed(
@@ -110,28 +113,28 @@ class WangZalzala:
         parents = np.ascontiguousarray(genomes, dtype=np.int16)
         children = parents[self._choose(parents, objectives, key)]
         circle = Circle(settings.xor, settings.circle_radius, settings.crossing_attempts)
-        cross_circles(grid, circle, key, Purpose.CROSSOVER, children)
+        cross_circles(grid, circle, key, Purpose.CROSSOVER.value, children)
         destroy_trajectories(
-            grid, self._walk, settings.destroy, key, Purpose.DESTRUCTION, children
+            grid, self._walk, settings.destroy, key, Purpose.DESTRUCTION.value, children
         )
         shift = Shift(settings.pmutr, settings.shifted_nodes, settings.variation)
-        shift_positions(grid, shift, key, Purpose.POSITION, children)
+        shift_positions(grid, shift, key, Purpose.POSITION.value, children)
         elites = np.argsort(objectives, kind="stable")[: settings.elites]
         children[: len(elites)] = parents[elites]
         surplus = surplus_slots(first_equals(_flat(children)), settings.criteria)
-        random_trajectories(grid, self._walk, key, Purpose.REPLACEMENT, surplus, children)
+        random_trajectories(grid, self._walk, key, Purpose.REPLACEMENT.value, surplus, children)
         return children
 
     def _choose(
         self, parents: Levels, objectives: NDArray[np.float64], key: Key
     ) -> NDArray[np.int64]:
         return spin_roulette(
-            scaled_fitness(objectives),
+            scaled_fitness(objectives, HOPELESS),
             first_equals(_flat(parents)),
             self.settings.samemax,
             self.settings.selection_attempts,
             key,
-            Purpose.SELECTION,
+            Purpose.SELECTION.value,
         )
 
     @property
@@ -139,7 +142,7 @@ class WangZalzala:
         return Walk(self.settings.goal_bias, self.settings.meeting_attempts)
 
     def _key(self, generation: int) -> Key:
-        return Key(np.uint64(self.seed), self.population, generation)
+        return Key(cast(int, np.uint64(self.seed)), self.population, generation)
 
 
 def _flat(genomes: Levels) -> Levels:

@@ -43,12 +43,12 @@ class Key(NamedTuple):
     """What random streams of one generation have in common; see ``kernels.random``.
 
     Attributes:
-        seed: Seed of the run.
+        seed: Seed of the run; above 2**63 - 1 as ``numpy.uint64``.
         population: Index of the population.
         generation: Index of the generation.
     """
 
-    seed: np.uint64
+    seed: int
     population: int
     generation: int
 

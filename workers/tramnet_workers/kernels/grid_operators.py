@@ -44,9 +44,7 @@ class Shift(NamedTuple):
 
 
 @kernel
-def cross_circles(
-    grid: LevelGrid, circle: Circle, key: Key, purpose: int, genomes: Levels
-) -> None:
+def cross_circles(grid: LevelGrid, circle: Circle, key: Key, purpose: int, genomes: Levels) -> None:
     """Cross trajectories 0 and 1, 2 and 3, and so on, in place.
 
     A pair swaps everything after a node of a joint: the rest of that joint's way and all later
@@ -80,9 +78,7 @@ def _cross_pair(
 
 
 @device
-def _may_cross(
-    grid: LevelGrid, radius: int, slot: int, i: int, node: int, genomes: Levels
-) -> bool:
+def _may_cross(grid: LevelGrid, radius: int, slot: int, i: int, node: int, genomes: Levels) -> bool:
     a, b = level_at(grid, genomes, slot, i, node), level_at(grid, genomes, slot + 1, i, node)
     after_a = level_at(grid, genomes, slot, i, node + 1)
     after_b = level_at(grid, genomes, slot + 1, i, node + 1)
@@ -98,9 +94,7 @@ def _swap_after(slot: int, joint: int, node: int, genomes: Levels) -> None:
 
 
 @kernel
-def shift_positions(
-    grid: LevelGrid, shift: Shift, key: Key, purpose: int, genomes: Levels
-) -> None:
+def shift_positions(grid: LevelGrid, shift: Shift, key: Key, purpose: int, genomes: Levels) -> None:
     """Move a few nodes of some trajectories, in place: the position operator.
 
     A node moves only if it stays on the grid, and the steps to it and from it stay possible.

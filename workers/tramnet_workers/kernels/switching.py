@@ -1,7 +1,7 @@
 """Objectives of grid trajectories, each with its switch from accelerating to braking.
 
 J = time * sum_j h_j + torque * sum_j tau_j + end_velocity * sum_i |v_n^i|, Wang & Zalzala (1995),
-eqs 7-10; a trajectory with a segment that no interval allows has J = inf.
+eqs 7-10; a trajectory with a segment that no interval allows has J = HOPELESS.
 
 ``LITERAL`` switches after n // 2 segments, as the paper's two parts of the motion suggest;
 ``CONTINUOUS`` searches the switch that gives the best objective. J has several minima over the
@@ -38,6 +38,9 @@ Array = NDArray[np.float64]
 
 LITERAL = 0
 CONTINUOUS = 1
+
+#: Objective of a trajectory with a segment that no interval allows: far above any other, and finite.
+HOPELESS = 1e6
 
 _GOLDEN = 0.6180339887498949
 
@@ -97,7 +100,7 @@ def evaluate(decoder: Decoder, genomes: Levels, objectives: Array) -> None:
     for first in range(0, k, LANES):
         _decode_block(decoder, genomes, first, room)
         for lane in range(min(LANES, k - first)):
-            objectives[first + lane] = room.search[_BEST_J, lane]
+            objectives[first + lane] = min(room.search[_BEST_J, lane], HOPELESS)
 
 
 @kernel
@@ -201,14 +204,20 @@ def _narrow(search: Array) -> None:
     for lane in range(LANES):
         if search[_LEFT_J, lane] <= search[_RIGHT_J, lane]:
             search[_HIGH, lane] = search[_RIGHT, lane]
-            search[_RIGHT, lane], search[_RIGHT_J, lane] = search[_LEFT, lane], search[_LEFT_J, lane]
+            search[_RIGHT, lane], search[_RIGHT_J, lane] = (
+                search[_LEFT, lane],
+                search[_LEFT_J, lane],
+            )
             width = search[_HIGH, lane] - search[_LOW, lane]
             search[_LEFT, lane] = search[_HIGH, lane] - _GOLDEN * width
             search[_TRIAL, lane] = search[_LEFT, lane]
             search[_LEFT_J, lane] = np.nan  # to come
         else:
             search[_LOW, lane] = search[_LEFT, lane]
-            search[_LEFT, lane], search[_LEFT_J, lane] = search[_RIGHT, lane], search[_RIGHT_J, lane]
+            search[_LEFT, lane], search[_LEFT_J, lane] = (
+                search[_RIGHT, lane],
+                search[_RIGHT_J, lane],
+            )
             width = search[_HIGH, lane] - search[_LOW, lane]
             search[_RIGHT, lane] = search[_LOW, lane] + _GOLDEN * width
             search[_TRIAL, lane] = search[_RIGHT, lane]

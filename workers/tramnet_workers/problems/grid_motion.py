@@ -28,9 +28,6 @@ Levels = NDArray[np.int16]
 
 NAME = "puma560-grid"
 
-HOPELESS = 1e6
-"""Objective of a trajectory that no intervals make feasible [s]; far above any other, and finite."""
-
 _SWITCHES = {"literal": LITERAL, "continuous": CONTINUOUS}
 _POSTURES = {"start": segment.START, "middle": segment.MIDDLE, "exact": segment.EXACT}
 _FARTHEST = 2**14  # levels beyond which no trajectory of 1,000 segments comes
@@ -149,7 +146,7 @@ class GridMotion:
         objectives = np.empty(len(genomes))
         levels = np.ascontiguousarray(genomes, dtype=np.int16)
         switching.evaluate(self._decoder, levels, objectives)
-        return np.minimum(objectives, HOPELESS)
+        return objectives
 
     def decode(self, genome: NDArray[np.generic]) -> Decoded | None:
         """Return the motion of a chromosome of shape ``genome_shape``, or None if it has none."""
