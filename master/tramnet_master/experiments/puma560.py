@@ -39,8 +39,8 @@ NAME = "puma560"
 SERVO_PERIODS_MS = tuple(round(1000 * period, 6) for period in PERIODS)
 
 ONE_POSTURE = (
-    "as in the paper, torques were bounded at one posture of each segment: --set posture=exact bounds them at three, "
-    "and --method smooth finds a faster motion that holds"
+    "as in the paper, torques were bounded at one posture of each segment: --set posture=exact "
+    "bounds them at three, and --method smooth finds a faster motion that holds"
 )
 """What to do about a plan of the paper's method that overshoots."""
 
