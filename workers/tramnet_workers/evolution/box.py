@@ -1,8 +1,11 @@
 """The real-coded genetic algorithm for a problem of which nothing is known but its box."""
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tramnet_workers.evolution.real_coded import Place
 from tramnet_workers.evolution.smooth import SmoothEvolution, SmoothSettings
 from tramnet_workers.evolution.streams import Purpose
 from tramnet_workers.kernels import kernel
@@ -21,15 +24,16 @@ class BoxEvolution(SmoothEvolution):
 
     def initial(self) -> Floats:
         """Return the first population, of shape (N, d)."""
-        return spread(np.uint64(self.seed), self.lower, self.upper, self.population_size)
+        place = Place(cast(int, np.uint64(self.seed)), 0, 0)
+        return spread(place, self.lower, self.upper, self.population_size)
 
 
 @kernel
-def spread(seed: np.uint64, lower: Floats, upper: Floats, size: int) -> Floats:
+def spread(place: Place, lower: Floats, upper: Floats, size: int) -> Floats:
     """Return chromosomes drawn evenly from a box.
 
     Args:
-        seed: Seed of the run.
+        place: Where random numbers are drawn.
         lower: Smallest genes, of shape (d,).
         upper: Largest genes, of shape (d,).
         size: Number N of chromosomes.
@@ -40,7 +44,7 @@ def spread(seed: np.uint64, lower: Floats, upper: Floats, size: int) -> Floats:
     genomes = np.empty((size, len(lower)))
     stream = new_stream()
     for i in range(size):
-        open_stream(stream, seed, 0, 0, _INITIAL, i)
+        open_stream(stream, place.seed, place.population, place.generation, _INITIAL, i)
         for g in range(len(lower)):
             genomes[i, g] = lower[g] + (upper[g] - lower[g]) * uniform(stream)
     return genomes
