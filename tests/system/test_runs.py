@@ -131,3 +131,15 @@ def test_what_nobody_can_run_is_refused_in_words(start):
 
     assert run.finish() == 2
     assert "no problem is named 'spere'; installed are" in run.output.replace("\n", " ")
+
+
+@pytest.mark.parametrize("method", ["wang-zalzala", "smooth"])
+def test_the_main_job_comes_out_the_same_for_one_worker_and_for_three(start, method):
+    words = ("run", "puma560", "--method", method, "--population", 60, "--generations", 30)
+    one, three = (
+        start(*words, "--workers", workers, out=f"w{workers}").result() for workers in (1, 3)
+    )
+
+    assert one["final_population_sha256"] == three["final_population_sha256"]
+    assert one["best"] == three["best"]
+    assert one["motion_time_s"] == three["motion_time_s"]
