@@ -48,7 +48,7 @@ _KINK = GAP_START  # the x at which the joint would stop [1/s]
 _WEIGHT = GAP_END  # half the slope of its speed on either side [rad]
 
 _TINY = 1e-300
-_SLACK = 1.0 + 1e-9  # a joint that stops at its limit has not passed it
+_SLACK = 1e-10  # a joint that stops at its limit has not passed it [rad]
 
 
 @device
@@ -194,11 +194,12 @@ def _look_outside_joint(lower: float, upper: float, j: int, i: int, book: Book) 
     for lane in range(LANES):
         forward = book[j, i, RATE + lane] > 0.0
         room = upper - book[j, i, NODE + lane] if forward else book[j, i, NODE + lane] - lower
+        room += _SLACK
         ahead = book[j, i, STEP + lane] if forward else -book[j, i, STEP + lane]
         speed = abs(book[j, i, RATE + lane])
         x = book[j, last, CHOSEN + lane]
         turns = 2.0 * ahead * x < speed
-        beyond = turns & (speed * speed > _SLACK * 4.0 * x * (speed - ahead * x) * room)
+        beyond = turns & (speed * speed > 4.0 * x * (speed - ahead * x) * room)
         some_room = max(room, _TINY)
         root = np.sqrt(max(1.0 - ahead / some_room, 0.0))
         needed = speed / (2.0 * some_room * (1.0 + root))

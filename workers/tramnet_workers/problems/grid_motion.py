@@ -1,8 +1,9 @@
 """Motions on a grid of joint angles: the problem of Wang & Zalzala (1995), sections 4.1, 4.2 and 4.4.
 
-A chromosome holds the levels of the n - 1 inner nodes of a trajectory, joint by joint. A joint that moves spans its
-way from start to goal with n levels, so that one level a segment is the straight line. A joint whose goal is its
-start has no way to span: it gets levels of the mean size of the others', and standing still is its straight line.
+A chromosome holds the levels of the n - 1 inner nodes of a trajectory, joint by joint. A joint that moves spans
+its way from start to goal with n levels, so that one level a segment is the straight line. A joint that hardly
+moves, or not at all, has no way to span: its levels lie about its straight line, as far apart as the others' are
+on the average, and it may go out and come back.
 """
 
 from collections.abc import Mapping
@@ -22,6 +23,7 @@ from tramnet_workers.kernels.motion import Rules
 from tramnet_workers.kernels.switching import CONTINUOUS, LITERAL, Decoder
 from tramnet_workers.problems.motion_task import MotionTask
 from tramnet_workers.problems.plan import ParabolicPlan
+from tramnet_workers.problems.recall import Recall
 
 Array = NDArray[np.float64]
 Levels = NDArray[np.int16]
@@ -31,6 +33,8 @@ NAME = "puma560-grid"
 _SWITCHES = {"literal": LITERAL, "continuous": CONTINUOUS}
 _POSTURES = {"start": segment.START, "middle": segment.MIDDLE, "exact": segment.EXACT}
 _FARTHEST = 2**14  # levels beyond which no trajectory of 1,000 segments comes
+_REMEMBERED = 1000  # some generations
+_HARDLY = 0.02  # a joint that moves by less than this part of the farthest one hardly moves
 
 
 class DecodingSettings(Struct, frozen=True, forbid_unknown_fields=True):
@@ -119,33 +123,39 @@ class GridMotion:
     @cached_property
     def grid(self) -> LevelGrid:
         """Levels that trajectories may take, within the position limits and the margin."""
-        task, n, step = self.task, self.task.segments, self._steps
-        moves = task.goal != task.start
-        goal = np.where(moves, n, 0)
-        lowest, highest = (
-            np.clip((limit - task.start) / step, -_FARTHEST, _FARTHEST)
+        task, n = self.task, self.task.segments
+        start, _, line, step = self._placement
+        favoured = self._moves.astype(np.int16)
+        goal = n * favoured
+        straight = np.outer(favoured, np.arange(1, n))
+        zero = start[:, None] + line[:, None] * np.arange(1, n)
+        ends = [
+            np.clip((limit[:, None] - zero) / step[:, None], -_FARTHEST, _FARTHEST)
             for limit in (task.position_lower, task.position_upper)
-        )
-        # A negative step turns the limits round.
-        least = np.ceil(np.minimum(lowest, highest) - 1e-9)
-        most = np.floor(np.maximum(lowest, highest) + 1e-9)
-        margin = np.where(moves, task.margin_levels, max(task.margin_levels, n // 4))
-        least = np.maximum(least, np.minimum(goal, 0) - margin)
-        most = np.minimum(most, np.maximum(goal, 0) + margin)
-        shape = (task.n_joints, n - 1)
+        ]
+        # A joint that goes down has its limits the other way round.
+        least = np.minimum(np.ceil(np.minimum(*ends)), straight)
+        most = np.maximum(np.floor(np.maximum(*ends)), straight)
+        # What hardly moves may still go as far as what moves: n levels in all.
+        margin = np.where(self._moves, task.margin_levels, n // 2 + task.margin_levels)
         return LevelGrid(
             start=np.zeros(task.n_joints, np.int16),
-            goal=goal.astype(np.int16),
-            favoured=moves.astype(np.int16),
-            lower=np.ascontiguousarray(np.broadcast_to(least[:, None], shape), dtype=np.int16),
-            upper=np.ascontiguousarray(np.broadcast_to(most[:, None], shape), dtype=np.int16),
+            goal=goal,
+            favoured=favoured,
+            lower=np.maximum(least, -margin[:, None]).astype(np.int16),
+            upper=np.minimum(most, (goal + margin)[:, None]).astype(np.int16),
         )
 
     def evaluate(self, genomes: NDArray[np.generic]) -> Array:
         """Return the objectives of chromosomes of shape (k, *genome_shape), of shape (k,)."""
-        objectives = np.empty(len(genomes))
         levels = np.ascontiguousarray(genomes, dtype=np.int16)
-        switching.evaluate(self._decoder, levels, objectives)
+        if self.settings.switch == "continuous":
+            return self._recall.evaluate(levels, self._evaluate)
+        return self._evaluate(levels)
+
+    def _evaluate(self, levels: NDArray[np.generic]) -> Array:
+        objectives = np.empty(len(levels))
+        switching.evaluate(self._decoder, levels.astype(np.int16, copy=False), objectives)
         return objectives
 
     def decode(self, genome: NDArray[np.generic]) -> Decoded | None:
@@ -156,7 +166,9 @@ class GridMotion:
         switch = switching.decode(self._decoder, levels[None], x, torques)
         if np.isnan(switch):
             return None
-        q = np.vstack([task.start, task.start + self._steps * levels.T, task.goal])
+        start, goal, line, step = self._placement
+        inner = start + line * np.arange(1, n)[:, None] + step * levels.T
+        q = np.vstack([start, inner, goal])
         qd = np.zeros_like(q)
         for j, moved in enumerate(np.diff(q, axis=0)):
             qd[j + 1] = 2.0 * moved * x[j] - qd[j]  # eqs 3, 4 and step 7
@@ -169,11 +181,23 @@ class GridMotion:
         return None if decoded is None else decoded.plan
 
     @cached_property
-    def _steps(self) -> Array:
-        """Distance of two levels, of shape (n_joints,) [rad]."""
-        way = (self.task.goal - self.task.start) / self.task.segments
-        moving = np.abs(way[way != 0.0])
-        return np.where(way != 0.0, way, moving.mean())
+    def _recall(self) -> Recall:
+        return Recall(_REMEMBERED)
+
+    @cached_property
+    def _moves(self) -> NDArray[np.bool_]:
+        """Which joints have a way to span, of shape (n_joints,)."""
+        way = np.abs(self.task.goal - self.task.start)
+        return np.asarray(way >= _HARDLY * way.max())
+
+    @cached_property
+    def _placement(self) -> Array:
+        """Where the levels are, of shape (4, n_joints); see ``kernels.motion.lay_out``."""
+        task = self.task
+        way = (task.goal - task.start) / task.segments
+        line = np.where(self._moves, 0.0, way)
+        step = np.where(self._moves, way, np.abs(way[self._moves]).mean())
+        return np.stack([task.start, task.goal, line, step])
 
     @cached_property
     def _decoder(self) -> Decoder:
@@ -181,12 +205,11 @@ class GridMotion:
         limits = np.stack(
             [task.torque_limits, task.velocity_limits, task.position_lower, task.position_upper]
         )
-        placement = np.stack([task.start, task.goal, np.zeros(task.n_joints), self._steps])
         return Decoder(
             task.arm.table,
             task.arm.gravity,
             limits,
-            placement,
+            self._placement,
             Rules(
                 _POSTURES[settings.posture],
                 _SWITCHES[settings.switch],
