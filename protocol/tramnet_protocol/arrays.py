@@ -4,7 +4,8 @@ An array travels with its elements little-endian and in C order. What arrives is
 array looks into the received bytes and is therefore read-only.
 """
 
-import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from msgspec import Struct
@@ -13,8 +14,11 @@ from numpy.typing import NDArray
 from tramnet_protocol.errors import BadArray, MalformedFrame
 from tramnet_protocol.limits import MAX_MESSAGE_BYTES
 
-DTYPES = frozenset(
-    {"|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f4", "<f8"},
+DTYPES: Mapping[str, np.dtype[np.generic]] = MappingProxyType(
+    {
+        name: np.dtype(name)
+        for name in ("|i1", "|u1", "<i2", "<u2", "<i4", "<u4", "<i8", "<u8", "<f4", "<f8")
+    }
 )
 """Element types that may travel: integers and floats of 1 to 8 bytes, little-endian; no objects, no text."""
 
@@ -68,24 +72,28 @@ class Array(Struct, frozen=True, forbid_unknown_fields=True):
         Raises:
             MalformedFrame: The element type or shape is not allowed, or the bytes are not as many as they say.
         """
-        self._check_dtype(dtype)
-        self._check_shape(shape)
-        return np.ndarray(self.shape, self.dtype, self.data)
-
-    def _check_dtype(self, expected: str | None) -> None:
-        if self.dtype not in DTYPES or (expected is not None and self.dtype != expected):
-            wanted = expected or f"one of {', '.join(sorted(DTYPES))}"
+        found = DTYPES.get(self.dtype)
+        if found is None or (dtype is not None and self.dtype != dtype):
+            wanted = dtype or f"one of {', '.join(sorted(DTYPES))}"
             raise MalformedFrame(f"array of type {self.dtype[:12]!r} arrived; expected {wanted}")
+        self._check_shape(shape, found.itemsize)
+        return np.ndarray(self.shape, found, self.data)
 
-    def _check_shape(self, expected: tuple[int | None, ...] | None) -> None:
-        if len(self.shape) > MAX_AXES or any(length < 0 for length in self.shape):
+    def _check_shape(self, expected: tuple[int | None, ...] | None, item_bytes: int) -> None:
+        if len(self.shape) > MAX_AXES:
             raise MalformedFrame(
-                f"array with {len(self.shape)} axes arrived; expected at most {MAX_AXES}, none negative"
+                f"array with {len(self.shape)} axes arrived; expected at most {MAX_AXES}"
             )
         if expected is not None and not _fits(self.shape, expected):
             raise MalformedFrame(f"array of shape {self.shape} arrived; expected {expected}")
-        size = math.prod(self.shape) * int(self.dtype[2:])
-        if size != len(self.data) or max(self.shape, default=0) > MAX_MESSAGE_BYTES:
+        size = item_bytes
+        for length in self.shape:
+            if not 0 <= length <= MAX_MESSAGE_BYTES:
+                raise MalformedFrame(
+                    f"array with an axis of {length} arrived; expected 0 to {MAX_MESSAGE_BYTES}"
+                )
+            size *= length
+        if size != len(self.data):
             raise MalformedFrame(
                 f"array of shape {self.shape} and type {self.dtype} arrived with {len(self.data)} bytes; "
                 f"expected {size}"
