@@ -4,6 +4,7 @@ The lengths a hostile payload declares are checked before anything is allocated 
 refused, and every failure is a ``MalformedFrame``. Lists come back as lists.
 """
 
+import threading
 from typing import NoReturn
 
 import msgpack
@@ -24,6 +25,16 @@ _BAD_BYTES = (
 )
 
 
+class _Packer(threading.local):
+    """A packer for each thread: making one costs as much as packing a small message."""
+
+    def __init__(self) -> None:
+        self.pack = msgpack.Packer(use_bin_type=True).pack
+
+
+_PACKER = _Packer()
+
+
 def pack(value: object) -> bytes:
     """Return the MessagePack of a plain value.
 
@@ -32,7 +43,7 @@ def pack(value: object) -> bytes:
         MessageTooLarge: The result is above the limit.
     """
     try:
-        packed: bytes = msgpack.packb(value, use_bin_type=True)
+        packed: bytes = _PACKER.pack(value)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise BadMessage(
             f"cannot pack the message: {error}; only numbers, strings, bytes, lists and maps may travel"
