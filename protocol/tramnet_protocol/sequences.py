@@ -29,6 +29,9 @@ class Arrival(NamedTuple):
     missed: int
 
 
+_NEXT = Arrival(Order.IN_ORDER, 0)
+
+
 class SequenceCounter:
     """Numbers the frames of the links on which this node sends."""
 
@@ -74,6 +77,9 @@ class SequenceChecker:
             sequence: The number.
             opening: Incarnations at both ends of the link; where they are unknown, a 0 out of turn tells as well.
         """
+        if sequence == self._expected and opening == self._opening:
+            self._expected = sequence + 1
+            return _NEXT
         if self._opening is None:
             self._opening = opening
         if opening != self._opening or (sequence == 0 and self._expected):
