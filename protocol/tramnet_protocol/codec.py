@@ -12,7 +12,6 @@ Rules of this file: whatever the bytes, ``decode`` and ``Frame.message`` raise n
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Annotated, TypeVar
 
@@ -104,8 +103,7 @@ class Header(Struct, frozen=True, array_like=True, kw_only=True, forbid_unknown_
     tag: Annotated[str, Meta(max_length=32)] = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(Struct, frozen=True):
     """A frame as it arrived, its body still packed.
 
     Attributes:

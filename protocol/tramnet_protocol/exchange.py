@@ -3,9 +3,9 @@
 Pure bookkeeping: no socket and no thread. Whoever owns an exchange keeps its calls apart and does the sending.
 """
 
-import dataclasses
 import logging
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from tramnet_protocol.codec import Frame, Header, decode, encode
@@ -32,11 +32,24 @@ class Identity(NamedTuple):
     incarnation: int
 
 
-@dataclasses.dataclass(slots=True)
-class _Traffic:
+@dataclass(slots=True)
+class _Outgoing:
+    """What was sent on a link."""
+
+    key: str
+    frames: int = 0
+    bytes: int = 0
+
+
+@dataclass(slots=True)
+class _Incoming:
+    """What arrived on a link."""
+
+    source: int
     frames: int = 0
     bytes: int = 0
     dropped: int = 0
+    checker: SequenceChecker = field(default_factory=lambda: SequenceChecker(from_start=False))
 
 
 class Exchange:
@@ -59,9 +72,8 @@ class Exchange:
         self.foreign = 0
         self._keys = keys
         self._numbers = SequenceCounter()
-        self._checkers: dict[int, SequenceChecker] = {}
-        self._sent: dict[int, _Traffic] = {}
-        self._received: dict[int, _Traffic] = {}
+        self._sent: dict[int, _Outgoing] = {}  # by TRAM
+        self._received: dict[str, _Incoming] = {}  # by key, so that a key is parsed once
         self.rewire(wiring)
 
     @property
@@ -101,10 +113,12 @@ class Exchange:
             sequence=self._numbers.take(hop),
         )
         payload = encode(header, message)
-        traffic = self._sent.setdefault(hop, _Traffic())
-        traffic.frames += 1
-        traffic.bytes += len(payload)
-        return self._keys.link(self.identity.seat, hop), payload
+        link = self._sent.get(hop)
+        if link is None:
+            link = self._sent[hop] = _Outgoing(self._keys.link(self.identity.seat, hop))
+        link.frames += 1
+        link.bytes += len(payload)
+        return link.key, payload
 
     def incoming(self, key: str, payload: bytes) -> Frame | None:
         """Return the frame that arrived on a link, or None for one that is counted and dropped.
@@ -113,26 +127,25 @@ class Exchange:
             key: The link topic.
             payload: What arrived on it.
         """
-        try:
-            hop = parse(key).seats[0]
-        except UnknownKey as error:
-            self._refuse(key, error)
-            return None
-        traffic = self._received.setdefault(hop, _Traffic())
+        link = self._received.get(key)
+        if link is None:
+            try:
+                link = self._received[key] = _Incoming(parse(key).seats[0])
+            except UnknownKey as error:
+                self._refuse(key, error)
+                return None
         try:
             frame = decode(payload)
         except MalformedFrame as error:
-            traffic.dropped += 1
+            link.dropped += 1
             self._refuse(key, error)
             return None
-        traffic.frames += 1
-        traffic.bytes += len(payload)
-        self._checkers.setdefault(hop, SequenceChecker(from_start=False)).arrived(
-            frame.header.sequence
-        )
+        link.frames += 1
+        link.bytes += len(payload)
+        link.checker.arrived(frame.header.sequence)
         if not self._is_ours(frame.header):
             self.foreign += 1
-            traffic.dropped += 1
+            link.dropped += 1
             return None
         return frame
 
@@ -140,15 +153,18 @@ class Exchange:
         """Yield the counters of every link this node has sent or received on."""
         own = self.identity.seat
         for hop, sent in self._sent.items():
-            yield LinkCounters(own, hop, sent.frames, sent.bytes, sent.dropped)
-        for hop, got in self._received.items():
-            checker = self._checkers.get(hop)
-            gaps = min(checker.missed, MAX_WORD) if checker is not None else 0
-            yield LinkCounters(hop, own, got.frames, got.bytes, got.dropped, gaps)
+            yield LinkCounters(own, hop, sent.frames, sent.bytes)
+        for got in tuple(
+            self._received.values()
+        ):  # another thread may take the first frame of a link
+            gaps = min(got.checker.missed, MAX_WORD)
+            yield LinkCounters(got.source, own, got.frames, got.bytes, got.dropped, gaps)
 
     def forget(self, seat: int) -> None:
         """Begin the link with a TRAM anew: another worker will take that seat."""
-        self._checkers.pop(seat, None)
+        link = self._received.get(self._keys.link(seat, self.identity.seat))
+        if link is not None:
+            link.checker = SequenceChecker(from_start=False)
         self._numbers.reopen(seat)
 
     def _refuse(self, key: str, error: ProtocolError) -> None:
