@@ -48,7 +48,8 @@ def test_a_chunk_carries_its_own_chromosomes():
 
 def test_only_the_accepted_part_of_an_answer_is_kept():
     collection = open_collection(generation())
-    collection.accept(answer(0, N), part(0, N))
+    collection.accept(answer(0, N), part(0, 5))
+    collection.accept(answer(0, N), part(7, N))
 
     collection.accept(answer(4, 8, [-1.0, -2.0, -3.0, -4.0]), part(5, 7))
 

@@ -1,11 +1,12 @@
 """Puts the outcome of a work together from the answers to its chunks, and cuts the chunks' content out of it.
 
 Every outcome from the wire is looked at here, once: whether it is of the kind and shape that its work asks for, and
-which of its slots hold no usable number.
+which of its slots hold no usable number. The common case, a work that is answered in one piece, copies nothing.
 """
 
 from collections.abc import Sequence
-from typing import Protocol
+from functools import cached_property
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,14 +36,16 @@ class Collection(Protocol):
     """A submitted work and what has come back of it.
 
     Attributes:
-        work: The submitted work.
         seconds: Compute time of all accepted answers [s].
         condemned: Slots given up.
     """
 
-    work: Work
     seconds: float
     condemned: list[int]
+
+    @property
+    def work(self) -> Work:
+        """The submitted work."""
 
     @property
     def bytes_each(self) -> int:
@@ -63,7 +66,7 @@ class Collection(Protocol):
         """
 
     def accept(self, outcome: Outcome, part: WorkId) -> None:
-        """Keep some slots of an inspected outcome."""
+        """Keep some slots of an inspected outcome; each slot is kept once."""
 
     def condemn(self, part: WorkId) -> None:
         """Give some slots up."""
@@ -80,49 +83,63 @@ def open_collection(work: Work) -> Collection:
 
 
 class _Evaluations:
-    """Objectives of a population, slot by slot."""
+    """Objectives of a population, slot by slot, or in the one outcome that brings all of them."""
 
     divisible = True
 
     def __init__(self, work: Evaluate) -> None:
-        self.work: Work = work
+        self.work = work
         self.seconds = 0.0
         self.condemned: list[int] = []
-        self._first = work.work.first
-        self._genomes = work.genomes.unpack()
-        self._objectives: NDArray[np.float64] = np.full(work.work.size, np.nan)
+        self._whole: Outcome | None = None
 
     @property
     def bytes_each(self) -> int:
-        return self._genomes[:1].nbytes
+        return len(self.work.genomes.data) // self.work.work.size
 
     def chunk(self, part: WorkId) -> Work:
+        if part == self.work.work:
+            return self.work
         return Evaluate(part, Array.pack(self._genomes[self._slots(part)]))
 
     def inspect(self, outcome: Outcome) -> tuple[int, ...]:
-        objectives = _objectives_of(outcome)
-        finite = np.isfinite(objectives)
-        if finite.all():
+        finite = np.isfinite(_objectives_of(outcome))
+        if np.count_nonzero(finite) == len(finite):
             return ()
         return tuple((outcome.work.first + np.flatnonzero(~finite)).tolist())
 
     def accept(self, outcome: Outcome, part: WorkId) -> None:
+        self.seconds += outcome.seconds * part.size / outcome.work.size
+        if part == self.work.work == outcome.work:
+            self._whole = outcome
+            return
         inside = slice(part.first - outcome.work.first, part.last - outcome.work.first)
         self._objectives[self._slots(part)] = _objectives_of(outcome)[inside]
-        self.seconds += outcome.seconds * part.size / outcome.work.size
 
     def condemn(self, part: WorkId) -> None:
         self.condemned.extend(range(part.first, part.last))
 
     def outcome(self) -> Outcome:
+        if self._whole is not None:
+            return self._whole
         objectives = self._objectives
         if self.condemned:
             # The worst of the others: a finite number, and the same whoever evaluated them.
             objectives = np.nan_to_num(objectives, nan=_worst(objectives))
         return Evaluated(self.work.work, Array.pack(objectives), self.seconds)
 
+    @cached_property
+    def _genomes(self) -> NDArray[np.generic]:
+        return self.work.genomes.unpack()
+
+    @cached_property
+    def _objectives(self) -> NDArray[np.float64]:
+        """Objectives accepted so far, of shape (size,); NaN where there is none yet."""
+        return np.full(self.work.work.size, np.nan)
+
     def _slots(self, part: WorkId) -> slice:
-        return slice(part.first - self._first, part.last - self._first)
+        first = self.work.work.first
+        return slice(part.first - first, part.last - first)
 
 
 class _Whole:
@@ -131,7 +148,7 @@ class _Whole:
     divisible = False
 
     def __init__(self, work: Work) -> None:
-        self.work: Work = work
+        self.work = work
         self.seconds = 0.0
         self.condemned: list[int] = []
         self._outcome: Outcome | None = None
@@ -180,7 +197,7 @@ def _objectives_of(outcome: Outcome) -> NDArray[np.float64]:
             f"found {objectives.dtype} objectives of shape {objectives.shape}, "
             f"expected float64 of shape {expected}"
         )
-    return objectives.astype(np.float64, copy=False)
+    return cast("NDArray[np.float64]", objectives)
 
 
 def _arrays(message: Work | Outcome) -> Sequence[Array]:
