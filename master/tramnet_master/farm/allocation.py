@@ -106,7 +106,8 @@ class Allocation:
             batch = self.ready[0]
             if worker.held and not self._fits_behind(batch):
                 break
-            if not self._give(worker, batch):
+            self._give(worker, batch)
+            if batch.exhausted:
                 self.ready.popleft().queued = False
             elif len(self.ready) > 1:
                 self.ready.rotate(-1)
@@ -157,8 +158,6 @@ class Allocation:
 
     def _give(self, worker: Worker, batch: Batch) -> bool:
         """Send a worker the next piece of a batch; False where the batch has none."""
-        if batch.exhausted:
-            return False
         work = batch.work
         sharing = max(1, self.roster.n_working) if batch.affinity is None else 1
         each = self.costs.each(work.kind)

@@ -149,6 +149,8 @@ class Batch:
 
     def take_suspects(self) -> list[Piece]:
         """Take away the suspects among the pieces that came back."""
+        if not self.returned:
+            return []
         suspects = [piece for piece in self.returned if piece.suspect]
         if suspects:
             self.returned = deque(piece for piece in self.returned if not piece.suspect)
@@ -184,14 +186,15 @@ class Batch:
         """
         i, j = piece.first - self.work.first, piece.last - self.work.first
         if not bad and self.slots.find(CLOSED, i, j) < 0:
-            ranges = [(piece.first, piece.last)]
-        else:
-            slots = set(range(piece.first, piece.last)).difference(bad)
-            ranges = list(runs(slot for slot in sorted(slots) if not self._is_closed(slot)))
-        for first, last in ranges:
-            self._mark(first, last, CLOSED)
-            self.open -= last - first
-        return [self.part(first, last) for first, last in ranges]
+            return [self._close(piece.first, piece.last)]
+        slots = set(range(piece.first, piece.last)).difference(bad)
+        ranges = list(runs(slot for slot in sorted(slots) if not self._is_closed(slot)))
+        return [self._close(first, last) for first, last in ranges]
+
+    def _close(self, first: int, last: int) -> WorkId:
+        self._mark(first, last, CLOSED)
+        self.open -= last - first
+        return self.part(first, last)
 
     def _is_closed(self, slot: int) -> bool:
         return self.slots[slot - self.work.first] == CLOSED

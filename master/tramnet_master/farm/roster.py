@@ -128,9 +128,15 @@ class Roster:
         """Put a worker into the lines it belongs to; to be called whenever what it holds has changed."""
         seat = worker.tram.seat
         working = worker.standing is Standing.WORKING
-        _put(self.empty, seat, worker, working and not worker.held)
-        _put(self.fresh, seat, worker, working and worker.fresh)
-        _put(self.partly, seat, worker, working and self.can_queue(worker))
+        for line, belongs in (
+            (self.empty, working and not worker.held),
+            (self.fresh, working and worker.fresh),
+            (self.partly, working and self.can_queue(worker)),
+        ):
+            if not belongs:
+                line.pop(seat, None)
+            elif seat not in line:
+                line[seat] = worker
 
     def can_queue(self, worker: Worker) -> bool:
         """Whether a worker that holds something can be sent another chunk behind it."""
@@ -181,10 +187,3 @@ class Roster:
             else:
                 self.watch(worker)
         return late
-
-
-def _put(line: OrderedDict[int, Worker], seat: int, worker: Worker, belongs: bool) -> None:
-    if not belongs:
-        line.pop(seat, None)
-    elif seat not in line:
-        line[seat] = worker

@@ -130,7 +130,7 @@ class Scheduler:
             live = assignment.answer()
             bad = assignment.spoilt(event.bad)
             parts = assignment.batch.close(assignment.piece, bad)
-            self._turn.out.extend(Accept(event.tram, event.work, part) for part in parts)
+            self._turn.out += [Accept(event.tram, event.work, part) for part in parts]
             if live:
                 self._measure(assignment, event.seconds, worker)
                 if bad:
