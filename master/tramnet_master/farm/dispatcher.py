@@ -14,6 +14,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from msgspec import Struct
+
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
@@ -56,7 +58,7 @@ TICK = 0.25
 _log = logging.getLogger(__name__)
 
 
-class FrameArrived(NamedTuple):
+class FrameArrived(Struct, frozen=True):
     """A payload on a link topic."""
 
     key: str
@@ -131,7 +133,7 @@ class Farm:
         lost: Number of workers lost while live.
         condemned: Work given up, in the order of giving up, with the reason.
         compute_seconds: Compute time of all accepted answers [s].
-        waited_seconds: Time the engine waited for outcomes [s].
+        waited_seconds: Time the engine's work took from its submission to its outcome [s].
     """
 
     def __init__(
@@ -158,7 +160,8 @@ class Farm:
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
         self._resolved: deque[tuple[Work, Outcome]] = deque()
-        self._arrived: Outcome | None = None  # the outcome whose instructions are carried out
+        # The outcome whose instructions are carried out, and the work it belongs to.
+        self._arrived: tuple[Collection, Outcome] | None = None
         self._started = time.monotonic()
         self._next_heartbeat = self._started
         self._next_tick = self._started
@@ -195,11 +198,13 @@ class Farm:
 
     def submit(self, work: Work) -> None:
         """Have a piece of work done."""
+        began = time.perf_counter()
         collection = open_collection(work)
         self._open.setdefault(_place(work.work), []).append(collection)
         self._handle(
             events.WorkSubmitted(work.work, collection.bytes_each, collection.divisible, None)
         )
+        self.waited_seconds += time.perf_counter() - began
 
     def next_outcome(self) -> tuple[Work, Outcome] | None:
         """Return the next finished work and its outcome, or None once interrupted.
@@ -307,7 +312,7 @@ class Farm:
         except WrongOutcome as error:
             self._handle(events.Raised(tram, outcome.work, str(error)))
             return
-        self._arrived = outcome
+        self._arrived = collection, outcome
         self._handle(events.Answered(tram, outcome.work, outcome.seconds, bad))
         self._arrived = None
 
@@ -356,9 +361,10 @@ class Farm:
         match instruction:
             case events.Send(tram, work):
                 self._send(tram, self._collection(work).chunk(work))
-            case events.Accept(_, work, part):
+            case events.Accept(_, _, part):
                 assert self._arrived is not None, "only an arriving outcome is accepted"
-                self._collection(work).accept(self._arrived, part)
+                collection, outcome = self._arrived
+                collection.accept(outcome, part)
                 self._evaluations += part.size
                 self._chunks += 1
             case events.Resolved(work):
@@ -378,8 +384,8 @@ class Farm:
                 raise AssertionError(f"{work} was never bound to {tram}")
 
     def _resolve(self, work: WorkId) -> None:
+        collection = self._collection(work)
         collections = self._open[_place(work)]
-        collection = next(found for found in collections if found.work.work == work)
         collections.remove(collection)
         if not collections:
             del self._open[_place(work)]
