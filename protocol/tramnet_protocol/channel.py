@@ -1,7 +1,8 @@
 """What a node needs of a transport, whatever carries the bytes: Zenoh or, in tests, this process's memory.
 
-Rules for everybody: a ``deliver`` function runs on a thread of the transport and only enqueues; it never blocks,
-computes or calls the channel. ``publish`` reports no loss: work identities, tokens and deadlines do.
+Rules for everybody: a ``deliver`` function runs on a thread of the transport and does no more than take in what
+came; it never blocks, computes or calls the channel. ``publish`` reports no loss: work identities, tokens and
+deadlines do.
 """
 
 import enum

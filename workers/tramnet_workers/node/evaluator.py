@@ -21,8 +21,12 @@ class Evaluator:
     def __init__(self, setup: Setup) -> None:
         self._problem: Problem = build(setup.problem, setup.parameters)
         self._name = setup.problem
-        empty = np.empty((0, *self._problem.genome_shape), self._problem.genome_dtype)
-        empty.setflags(write=False)  # as what arrives is: kernels are compiled for either kind apart
+        self._shape = tuple(self._problem.genome_shape)
+        self._dtype = np.dtype(self._problem.genome_dtype)
+        empty = np.empty((0, *self._shape), self._dtype)
+        empty.setflags(
+            write=False
+        )  # as what arrives is: kernels are compiled for either kind apart
         self._problem.evaluate(empty)  # loads the compiled kernels before the first real chunk
 
     def compute(self, work: Work) -> Outcome:
@@ -43,14 +47,14 @@ class Evaluator:
 
     def _evaluate(self, work: Evaluate) -> Evaluated:
         genomes = work.genomes.unpack()
-        expected = (work.work.size, *self._problem.genome_shape)
-        if genomes.shape != expected or genomes.dtype != self._problem.genome_dtype:
+        expected = (work.work.size, *self._shape)
+        if genomes.shape != expected or genomes.dtype != self._dtype:
             found = f"{genomes.dtype} chromosomes of shape {genomes.shape}"
-            raise UnsuitableWork(self._name, found, f"{self._problem.genome_dtype} {expected}")
+            raise UnsuitableWork(self._name, found, f"{self._dtype} {expected}")
         started = time.perf_counter()
         objectives = np.asarray(self._problem.evaluate(genomes))
         seconds = time.perf_counter() - started
-        if objectives.shape != (work.work.size,) or objectives.dtype != np.float64:
+        if objectives.shape != expected[:1] or objectives.dtype != np.float64:
             found_type = (str(objectives.dtype), objectives.shape)
             raise WrongResult(self._name, found_type, (work.work.size,))
         return Evaluated(work.work, Array.pack(objectives), seconds)

@@ -1,8 +1,12 @@
 """A worker process: it owns the socket, the clock and two threads, and does what ``states.py`` decides.
 
-The *post* thread lives on the network: it finds the root, asks for a seat, takes frames in, sends the heartbeat
-and notices that the root is gone. The main thread computes and sends its answers itself. So a worker that computes
-still answers for its presence, and one whose interpreter hangs falls silent.
+The *post* thread lives on the network: it finds the root, asks for a seat, sends the heartbeat and notices that the
+root is gone. The main thread computes and sends its answers itself. So a worker that computes still answers for its
+presence, and one whose interpreter hangs falls silent.
+
+Frames are taken in on the transport's thread that delivers them: what follows from one is a task for the main
+thread or an item for the post thread, never a call of the channel or a wait. Every other thread that a chunk went
+through would cost a generation about a tenth of its round trip.
 """
 
 import logging
@@ -14,7 +18,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import NamedTuple
+from typing import TypeAlias
+
+from msgspec import Struct
 
 from tramnet_protocol.channel import Channel, Lane
 from tramnet_protocol.codec import Header, decode, encode
@@ -57,21 +63,23 @@ JOIN_TIMEOUT = 5.0
 _log = logging.getLogger(__name__)
 
 
-class Arrived(NamedTuple):
-    """A payload on a topic."""
+class WiringArrived(Struct, frozen=True):
+    """A payload on this worker's wiring topic."""
 
-    key: str
     payload: bytes
 
 
-class RootVanished(NamedTuple):
+class RootVanished(Struct, frozen=True):
     """The root's token has disappeared."""
 
 
-class Wanted(NamedTuple):
+class Wanted(Struct, frozen=True):
     """Somebody wants this process to end."""
 
     reason: str
+
+
+Item: TypeAlias = WiringArrived | RootVanished | Wanted
 
 
 @dataclass(frozen=True)
@@ -97,6 +105,7 @@ class _Tally:
     blocked: float = 0.0
     evaluations: int = 0
     chunks: int = 0
+    malformed: int = 0
 
 
 class Service:
@@ -109,10 +118,8 @@ class Service:
     def __init__(self, home: Home) -> None:
         self._home = home
         self._keys = Keys(home.network)
-        self._inbox: Inbox[Arrived | RootVanished | Wanted] = Inbox()
-        self._tasks: queue.SimpleQueue[states.Build | states.Start | states.Leave] = (
-            queue.SimpleQueue()
-        )
+        self._inbox: Inbox[Item] = Inbox()
+        self._tasks: queue.SimpleQueue[states.Task] = queue.SimpleQueue()
         self._deciding = threading.Lock()  # the states, and in which order instructions follow
         self._sending = threading.Lock()  # the exchange: a frame's number and its place on the link
         self._gone = threading.Event()  # ends a pause
@@ -143,9 +150,9 @@ class Service:
         while True:
             task = self._tasks.get()
             match task:
-                case states.Leave(reason, failed):
-                    (_log.error if failed else _log.info)("leaving: %s", reason)
-                    return GAVE_UP if failed else TOLD_TO_END
+                case states.Start(membership, work):
+                    assert evaluator is not None, "work comes after the problem is built"
+                    self._apply(states.Finished(membership, self._evaluate(evaluator, work)))
                 case states.Build(membership, setup):
                     try:
                         evaluator = Evaluator(setup)
@@ -154,9 +161,9 @@ class Service:
                         self._apply(states.BuildFailed(membership, _words(error)))
                     else:
                         self._apply(states.Built(membership))
-                case states.Start(membership, work):
-                    assert evaluator is not None, "work comes after the problem is built"
-                    self._apply(states.Finished(membership, self._evaluate(evaluator, work)))
+                case states.Leave(reason, failed):
+                    (_log.error if failed else _log.info)("leaving: %s", reason)
+                    return GAVE_UP if failed else TOLD_TO_END
 
     def _evaluate(self, evaluator: Evaluator, work: Work) -> Outcome | Failed:
         began = time.perf_counter()
@@ -170,17 +177,19 @@ class Service:
         self._tally.evaluations += work.work.size
         return answer
 
-    # Both threads.
+    # Any thread.
 
     def _apply(self, event: states.Event) -> bool:
         """Carry out what follows from an event; return whether a root must be looked for."""
         rejoin = False
+        others = []
         with self._deciding:
-            instructions = self._states.handle(event)
-            for instruction in instructions:
-                if isinstance(instruction, states.Build | states.Start | states.Leave):
+            for instruction in self._states.handle(event):
+                if isinstance(instruction, states.Task):
                     self._tasks.put(instruction)
-        for instruction in instructions:
+                else:
+                    others.append(instruction)
+        for instruction in others:
             match instruction:
                 case states.Answer(_, answer):
                     self._send(answer)
@@ -264,16 +273,19 @@ class Service:
         membership = Membership(reply.root_incarnation, reply.seat, reply.incarnation)
         with self._sending:
             identity = Identity(reply.run, reply.seat, reply.incarnation)
-            self._exchange = Exchange(self._keys, identity, reply.wiring)
+            self._exchange = exchange = Exchange(self._keys, identity, reply.wiring)
             self._channel = channel
-        for pattern in (self._keys.links_to(reply.seat), self._keys.wiring(reply.seat)):
-            channel.subscribe(pattern, self._enqueue)
+        channel.subscribe(
+            self._keys.links_to(reply.seat),
+            lambda key, payload: self._take(exchange, key, payload),
+        )
+        channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_wiring)
         channel.watch_tokens(self._keys.alive(ROOT), self._watch_root)
         self._apply(states.Joined(membership, reply.setup))
         return True
 
-    def _enqueue(self, key: str, payload: bytes) -> None:
-        self._inbox.put_from(key, len(payload), Arrived(key, payload))
+    def _enqueue_wiring(self, key: str, payload: bytes) -> None:
+        self._inbox.put_from(key, len(payload), WiringArrived(payload))
 
     def _watch_root(self, _: str, alive: bool) -> None:
         if not alive:
@@ -287,8 +299,8 @@ class Service:
             while True:
                 item = self._inbox.get(next_heartbeat - time.monotonic())
                 match item:
-                    case Arrived(key, payload):
-                        self._take(key, payload)
+                    case WiringArrived(payload):
+                        self._take_wiring(payload)
                     case RootVanished():
                         return self._apply(states.RootLost())
                     case Wanted(reason):
@@ -307,23 +319,21 @@ class Service:
                 self._channel = None
                 self._exchange = None
 
-    def _take(self, key: str, payload: bytes) -> None:
-        if key == self._keys.wiring(self._seat):
-            self._take_wiring(payload)
-            return
-        assert self._exchange is not None
-        frame = self._exchange.incoming(key, payload)
+    # A thread of the transport: frames.
+
+    def _take(self, exchange: Exchange, key: str, payload: bytes) -> None:
+        frame = exchange.incoming(key, payload)
         if frame is None:
             return
         try:
             message = frame.message()
         except MalformedFrame as error:
-            self._exchange.malformed += 1
+            exchange.malformed += 1
             _log.warning("dropped a frame of the root: %s", error)
             return
         header = frame.header
         if header.source != ROOT:
-            self._exchange.foreign += 1
+            exchange.foreign += 1
             return
         membership = Membership(
             header.source_incarnation, header.destination, header.destination_incarnation
@@ -332,25 +342,20 @@ class Service:
             case Evaluate() | Evolve() | Track():
                 self._apply(states.WorkReceived(membership, message))
             case Stop(reason):
-                self._apply(states.StopReceived(reason))
+                self.stop(reason)
             case _:
-                self._exchange.foreign += 1
+                exchange.foreign += 1
 
     def _take_wiring(self, payload: bytes) -> None:
         assert self._exchange is not None
         try:
             wiring = decode(payload).message()
         except MalformedFrame:
-            self._exchange.malformed += 1
+            self._tally.malformed += 1
             return
         if isinstance(wiring, Wiring) and wiring.epoch > self._exchange.wiring.epoch:
             with self._sending:
                 self._exchange.rewire(wiring)
-
-    @property
-    def _seat(self) -> int:
-        assert self._exchange is not None
-        return self._exchange.identity.seat
 
     def _send_heartbeat(self, channel: Channel, uptime: float) -> None:
         exchange = self._exchange
@@ -368,7 +373,7 @@ class Service:
             evaluations=tally.evaluations,
             chunks=tally.chunks,
             queued=max(0, len(self._states.held) - 1),
-            malformed=exchange.malformed,
+            malformed=exchange.malformed + tally.malformed,
             links=links,
             pid=os.getpid(),
             host=self._host,

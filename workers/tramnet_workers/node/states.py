@@ -17,7 +17,7 @@ Rules of this file:
 
 import enum
 from collections import Counter
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from msgspec import Struct
 
@@ -26,7 +26,7 @@ from tramnet_protocol.messages import Failed, Outcome, Setup, Work, WorkId
 CREDIT = 2
 
 
-class Membership(NamedTuple):
+class Membership(Struct, frozen=True):
     """Who the worker is to which root.
 
     Attributes:
@@ -146,7 +146,8 @@ class Leave(Struct, frozen=True):
     failed: bool = False
 
 
-Instruction: TypeAlias = Build | Announce | Start | Answer | Reject | Rejoin | Leave
+Task: TypeAlias = Build | Start | Leave
+Instruction: TypeAlias = Task | Announce | Answer | Reject | Rejoin
 
 
 class Phase(enum.Enum):
