@@ -12,6 +12,8 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -48,21 +50,32 @@ def measure(rounds: int = 2000, size: int = 1024, warm_up: int = 200) -> RoundTr
         size: Length of the payload [B].
         warm_up: Number of round trips before them.
     """
+    with echoing(size) as round_trip:
+        times = [round_trip(bytes(size)) for _ in range(warm_up + rounds)]
+    return _summary(times[warm_up:], size)
+
+
+@contextmanager
+def echoing(answer_size: int) -> Iterator[Callable[[bytes], float]]:
+    """Keep an echoing process; yield what sends it a payload and returns the time until the answer [us].
+
+    Args:
+        answer_size: Length of what the process sends back [B].
+    """
     settings = root_settings("bench", ["tcp/127.0.0.1:0"], None)
     with zenoh.open(zenoh.Config.from_json5(json.dumps(settings))) as session:
         arrived = _queue(session, _BACK)
         publisher = _publisher(session, _OUT)
         with subprocess.Popen(
-            [sys.executable, str(Path(__file__)), "echo", _own_endpoint(session)],
+            [sys.executable, str(Path(__file__)), "echo", _own_endpoint(session), f"{answer_size}"],
             stdin=subprocess.PIPE,
         ) as echo:
             try:
                 assert arrived.get(timeout=_PATIENCE_SECONDS) == b"ready"
-                times = [_once(publisher, arrived, bytes(size)) for _ in range(warm_up + rounds)]
+                yield lambda payload: _once(publisher, arrived, payload)
             finally:
                 assert echo.stdin is not None
                 echo.stdin.close()
-    return _summary(times[warm_up:], size)
 
 
 def _once(publisher: zenoh.Publisher, arrived: "queue.SimpleQueue[bytes]", payload: bytes) -> float:
@@ -77,16 +90,16 @@ def _summary(times: list[float], size: int) -> RoundTrip:
     return RoundTrip(statistics.median(times), p99, len(times), size)
 
 
-def _echo(endpoint: str) -> None:
-    """Send back whatever arrives, until the standard input ends."""
+def _echo(endpoint: str, answer_size: int) -> None:
+    """Answer whatever arrives, until the standard input ends."""
     settings = client_settings("bench echo", endpoint)
     with zenoh.open(zenoh.Config.from_json5(json.dumps(settings))) as session:
         messages: queue.SimpleQueue[bytes] = _queue(session, _OUT)
         publisher = _publisher(session, _BACK)
         publisher.put(b"ready")
         _until_end_of_input(messages)
-        while payload := messages.get():
-            publisher.put(payload)
+        while messages.get():
+            publisher.put(bytes(answer_size))
 
 
 def _until_end_of_input(messages: "queue.SimpleQueue[bytes]") -> None:
@@ -122,6 +135,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["echo"]:
-        _echo(sys.argv[2])
+        _echo(sys.argv[2], int(sys.argv[3]))
     else:
         main()
