@@ -38,6 +38,7 @@ from tramnet_workers.kernels.dynamics import LANES
 Array = NDArray[np.float64]
 
 _TINY = 1e-300
+_SLACK = 1e-9  # a torque that touches its bound, and exceeds it by rounding only, leaves no gap
 
 
 @device
@@ -77,6 +78,7 @@ def _bound_torque(bound: float, j: int, row: int, book: Book) -> None:
         m_outer = max(abs(b) + np.sqrt(max(outer, 0.0)), _TINY)
         m_inner = max(abs(b) + np.sqrt(max(inner, 0.0)), _TINY)
         falls = b <= 0.0
+        dips = (inner > _SLACK * a * bound) | (under < 0.0)
         near, far = over / m_outer, m_outer / a
         start, end = under / m_inner, m_inner / a
         book[j, last, LOW + lane] = max(book[j, last, LOW + lane], near if falls else -far)
@@ -85,7 +87,7 @@ def _bound_torque(bound: float, j: int, row: int, book: Book) -> None:
             book[j, last, TOP + lane], highest if outer >= 0.0 else -1.0
         )
         book[j, row, GAP_START + lane] = start if falls else -end
-        book[j, row, GAP_END + lane] = (end if falls else -start) if inner > 0.0 else 0.0
+        book[j, row, GAP_END + lane] = (end if falls else -start) if dips else 0.0
 
 
 @device
