@@ -253,6 +253,10 @@ def _require(passed: bool, name: str, found: object, expected: str) -> None:
         raise InvalidParameters("mpga", f"{name}: found {found}, expected {expected}")
 
 
+# With w_HC = 1 per metre one run in a hundred gets stuck on the ridge of HC; with 0.3 none of 600 did,
+# and the degenerate arm, 0.056 better in DM and 0.7 m worse in HC, stays unattractive.
+_MILD_HC = Weights(hc=0.3)
+
 SETTINGS: Mapping[str, MpgaSettings] = MappingProxyType(
     {
         "literal": MpgaSettings(
@@ -272,14 +276,14 @@ SETTINGS: Mapping[str, MpgaSettings] = MappingProxyType(
         "recommended": MpgaSettings(
             name="recommended",
             genetic=GeneticSettings(),
-            weights=Weights(),
+            weights=_MILD_HC,
             ramp=Ramp(),
             elbow=ElbowRule(),
         ),
         "polished": MpgaSettings(
             name="polished",
             genetic=GeneticSettings(),
-            weights=Weights(),
+            weights=_MILD_HC,
             ramp=Ramp(),
             elbow=ElbowRule(),
             polish=True,
