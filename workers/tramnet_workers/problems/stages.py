@@ -260,7 +260,10 @@ def _placed(
 
 
 def _weights(task: DesignTask, settings: MpgaSettings) -> dict[str, float]:
-    return {**asdict(settings.weights), **task.weights}
+    weights = asdict(settings.weights)
+    if task.mobility is not None:  # neighbours alone hold the base: each step has to count
+        weights["bpc"] = settings.placement.connecting
+    return {**weights, **task.weights}
 
 
 def _refined(settings: MpgaSettings, refinement: Refinement) -> GeneticSettings:
