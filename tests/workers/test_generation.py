@@ -20,16 +20,14 @@ RULES = pytest.mark.parametrize("rule", [SHIFT, SCALED, TOURNAMENT])
 LAYOUT = Layout(4, 10)
 
 
-def breeding(seed=1, rule=TOURNAMENT, crossover=0.9, mutation=0.01, elites=1, layout=LAYOUT, m=100):
+def breeding(rule=TOURNAMENT, crossover=0.9, mutation=0.01, elites=1, layout=LAYOUT, m=100):
     return make_breeding(
-        layout,
-        m,
-        seed=seed,
-        rule=rule,
-        crossover=crossover,
-        mutation=mutation,
-        elites=elites,
+        layout, m, rule=rule, crossover=crossover, mutation=mutation, elites=elites
     )
+
+
+def keys_of(k, seed=1, first=0):
+    return np.array([(seed, number) for number in range(first, first + k)], np.uint64)
 
 
 def random_strings(rng, k=1, m=100, layout=LAYOUT):
@@ -39,7 +37,7 @@ def random_strings(rng, k=1, m=100, layout=LAYOUT):
 
 def bred(how, parents, fitness, generation=1, keys=None):
     children = np.zeros_like(parents)
-    keys = np.arange(len(parents), dtype=np.uint64) if keys is None else keys
+    keys = keys_of(len(parents)) if keys is None else keys
     next_generation(how, keys, generation, fitness, parents, children)
     return children
 
@@ -64,11 +62,12 @@ def test_crossover_neither_loses_nor_invents_a_bit_of_a_couple(seed, m, n_genes,
     layout, m = Layout(n_genes, bits), m - m % 2
     parents = random_strings(np.random.default_rng(seed), m=m, layout=layout)
     fitness = np.zeros((1, m))
-    how = breeding(seed, crossover=1.0, mutation=0.0, elites=0, layout=layout, m=m)
+    how = breeding(crossover=1.0, mutation=0.0, elites=0, layout=layout, m=m)
     straight = how._replace(crossover=0)
 
-    crossed = bits_of(bred(how, parents, fitness), layout)
-    copied = bits_of(bred(straight, parents, fitness), layout)
+    keys = keys_of(1, seed)
+    crossed = bits_of(bred(how, parents, fitness, 1, keys), layout)
+    copied = bits_of(bred(straight, parents, fitness, 1, keys), layout)
 
     pairs = crossed.reshape(-1, 2, layout.n_bits), copied.reshape(-1, 2, layout.n_bits)
     assert np.array_equal(pairs[0].sum(axis=1), pairs[1].sum(axis=1))
@@ -173,8 +172,7 @@ def test_elites_do_not_mutate():
 def test_a_population_breeds_alike_in_whatever_company(seed, stream, generation):
     rng = np.random.default_rng(seed)
     parents, fitness = random_strings(rng, k=3, m=20), rng.normal(size=(3, 20))
-    keys = np.arange(stream, stream + 3, dtype=np.uint64)
-    how = breeding(seed=seed, m=20)
+    keys, how = keys_of(3, seed, stream), breeding(m=20)
 
     together = bred(how, parents, fitness, generation, keys)
     alone = bred(how, parents[1:2].copy(), fitness[1:2].copy(), generation, keys[1:2].copy())
@@ -186,8 +184,7 @@ def test_the_first_generation_is_uniform_in_every_gene():
     layout = Layout(15, 5)
     strings = np.zeros((2, layout.n_words, 1000), np.uint64)
 
-    how, keys = breeding(layout=layout, m=1000), np.arange(2, dtype=np.uint64)
-    first_generation(how, keys, layout.used(), strings)
+    first_generation(keys_of(2), layout.used(), strings)
 
     genes = bits_of(strings, layout).reshape(2, 1000, 15, 5) @ (1 << np.arange(4, -1, -1))
     counts = np.array([[np.bincount(genes[i, :, g], minlength=32) for g in range(15)]
@@ -227,12 +224,10 @@ def test_wrapped_angles_are_the_same_directions_within_half_a_turn(angle):
 def test_the_best_of_each_population_is_found_with_the_mean():
     fitness = np.array([[1.0, 3.0, 3.0], [0.5, -1.0, 2.0]])
     traits, terms = np.arange(12.0).reshape(2, 2, 3), -np.arange(6.0).reshape(2, 1, 3)
-    best, mean = np.empty(2), np.empty(2)
-    best_traits, best_terms = np.empty((2, 2)), np.empty((2, 1))
+    rows = np.empty((2, 5))
 
-    rank(fitness, traits, terms, best, mean, best_traits, best_terms)
+    rank(fitness, traits, terms, rows)
 
-    assert best.tolist() == [3.0, 2.0]
-    assert mean == pytest.approx(fitness.mean(axis=1))
-    assert best_traits.tolist() == [[1.0, 4.0], [8.0, 11.0]]
-    assert best_terms.tolist() == [[-1.0], [-5.0]]
+    assert rows == pytest.approx(
+        np.array([[3.0, 7.0 / 3.0, 1.0, 4.0, -1.0], [2.0, 0.5, 8.0, 11.0, -5.0]])
+    )

@@ -78,7 +78,7 @@ def test_a_generation_is_a_pure_function_of_its_arguments():
 
     assert np.array_equal(first, again)
     assert np.array_equal(told.values, told_again.values)
-    assert all(map(np.array_equal, told.ranking, told_again.ranking))
+    assert np.array_equal(told.ranking.rows, told_again.ranking.rows)
 
 
 @settings(max_examples=10)

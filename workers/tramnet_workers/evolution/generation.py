@@ -39,7 +39,6 @@ class Breeding(NamedTuple):
     """How populations breed.
 
     Attributes:
-        seed: Seed of the run, a ``numpy.uint64`` for the compiler.
         rule: SHIFT, SCALED or TOURNAMENT.
         crossover: Crossover happens if 32 random bits are below this number.
         mutation: ``mutation[k]``: that more than k bits of all children change happens if 32 random
@@ -49,7 +48,6 @@ class Breeding(NamedTuple):
             (3, n_bits + 1); the last column stands for the end of the string.
     """
 
-    seed: int
     rule: int
     crossover: int
     mutation: Words
@@ -61,7 +59,6 @@ def make_breeding(
     layout: Layout,
     population_size: int,
     *,
-    seed: int,
     rule: int,
     crossover: float,
     mutation: float,
@@ -76,7 +73,6 @@ def make_breeding(
         if word[bit] == word[bit - 1]:
             places[2, bit] = places[2, bit - 1] | mask[bit - 1]
     return Breeding(
-        seed=np.uint64(seed),  # type: ignore[arg-type]
         rule=rule,
         crossover=int(crossover * 2**32),
         mutation=mutation_thresholds((population_size - elites) * n_bits, mutation),
@@ -106,17 +102,16 @@ def mutation_thresholds(n_bits: int, probability: float) -> Words:
 
 
 @kernel
-def first_generation(breeding: Breeding, keys: Words, used: Words, strings: Words) -> None:
+def first_generation(keys: Words, used: Words, strings: Words) -> None:
     """Fill k populations with random bits.
 
     Args:
-        breeding: How populations breed.
-        keys: Numbers of the populations' streams, of shape (k,).
+        keys: Seed and number of each population's streams, of shape (k, 2).
         used: Masks of the bits in use, of shape (n_words,).
         strings: Receives the strings, of shape (k, n_words, m).
     """
     for i in range(len(strings)):
-        fill_words(strings[i], breeding.seed, int(keys[i]), 0, _INITIAL)
+        fill_words(strings[i], int(keys[i, 0]), int(keys[i, 1]), 0, _INITIAL)
         for w in range(len(used)):
             for j in range(strings.shape[2]):
                 strings[i, w, j] &= used[w]
@@ -135,7 +130,7 @@ def next_generation(
 
     Args:
         breeding: How populations breed.
-        keys: Numbers of the populations' streams, of shape (k,).
+        keys: Seed and number of each population's streams, of shape (k, 2).
         generation: Number of the children's generation, from 1.
         fitness: Fitness of the parents, larger is better, of shape (k, m).
         parents: Their strings, of shape (k, n_words, m).
@@ -145,7 +140,7 @@ def next_generation(
     words, couples = np.empty((3, n_couples), np.uint64), np.empty((2, n_couples), np.int64)
     scratch, wheel = np.empty(m), np.empty(m)
     for i in range(len(parents)):
-        fill_words(words, breeding.seed, int(keys[i]), generation, _MATING)
+        fill_words(words, int(keys[i, 0]), int(keys[i, 1]), generation, _MATING)
         if breeding.rule == TOURNAMENT:
             for parent in range(2):
                 _hold_tournaments(fitness[i], words[parent], couples[parent])
@@ -160,7 +155,7 @@ def next_generation(
                     u = np.float64(words[parent, c] >> _ELEVEN) * _UNIT
                     couples[parent, c] = scaling.spin(wheel, u)
         _cross(breeding, words[2], couples, parents[i], children[i])
-        _mutate(breeding, int(keys[i]), generation, children[i])
+        _mutate(breeding, keys[i], generation, children[i])
         _copy_elites(breeding.elites, fitness[i], scratch, parents[i], children[i])
 
 
@@ -199,10 +194,10 @@ def _cross(
 
 
 @kernel
-def _mutate(breeding: Breeding, key: int, generation: int, children: Words) -> None:
+def _mutate(breeding: Breeding, key: Words, generation: int, children: Words) -> None:
     """Change as many different bits of the children as chance says."""
     stream = new_stream()
-    open_stream(stream, breeding.seed, key, generation, _MUTATION, 0)
+    open_stream(stream, int(key[0]), int(key[1]), generation, _MUTATION, 0)
     count = np.searchsorted(breeding.mutation, next_word(stream) >> _HALF, side="right")
     n_bits = np.uint64(breeding.places.shape[1] - 1)
     n_children = np.uint64(children.shape[1] - breeding.elites)
@@ -244,34 +239,24 @@ def best_of(fitness: Floats) -> int:
 
 
 @kernel
-def rank(
-    fitness: Floats,
-    traits: Floats,
-    terms: Floats,
-    best: Floats,
-    mean: Floats,
-    best_traits: Floats,
-    best_terms: Floats,
-) -> None:
+def rank(fitness: Floats, traits: Floats, terms: Floats, rows: Floats) -> None:
     """Find the best individuals and the mean fitness of k populations.
 
     Args:
         fitness: Fitness, of shape (k, m).
         traits: Traits, of shape (k, n_traits, m).
         terms: Terms, of shape (k, n_terms, m).
-        best: Receives the largest fitness, of shape (k,).
-        mean: Receives the mean fitness, of shape (k,).
-        best_traits: Receives the traits of the best, of shape (k, n_traits).
-        best_terms: Receives the terms of the best, of shape (k, n_terms).
+        rows: Receives largest and mean fitness, then traits and terms of the best individual, of
+            shape (k, 2 + n_traits + n_terms).
     """
+    n_traits = traits.shape[1]
     for i in range(len(fitness)):
         slot = best_of(fitness[i])
-        best[i] = fitness[i, slot]
         total = 0.0
         for j in range(fitness.shape[1]):
             total += fitness[i, j]
-        mean[i] = total / fitness.shape[1]
-        for r in range(traits.shape[1]):
-            best_traits[i, r] = traits[i, r, slot]
+        rows[i, 0], rows[i, 1] = fitness[i, slot], total / fitness.shape[1]
+        for r in range(n_traits):
+            rows[i, 2 + r] = traits[i, r, slot]
         for r in range(terms.shape[1]):
-            best_terms[i, r] = terms[i, r, slot]
+            rows[i, 2 + n_traits + r] = terms[i, r, slot]

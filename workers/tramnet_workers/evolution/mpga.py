@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_workers.evolution.coupling import CoupledProblem
-from tramnet_workers.evolution.population import Advance, PopulationState, Ranking
+from tramnet_workers.evolution.population import PopulationState
 from tramnet_workers.mpga_settings import GeneticSettings
 
 Floats = NDArray[np.float64]
@@ -69,30 +69,23 @@ def run_mpga(
         for first, last in pairwise(cuts)
         if first < last
     ]
-    values, logged, rankings = np.concatenate([state.begin() for state in states]), [], []
+    values, logged, rows = np.concatenate([state.begin() for state in states]), [], []
     for _ in range(genetic.generations):
         advances = [state.advance(values) for state in states]
         logged.append(values)
-        rankings.append(_joined(advances))
-        values = _joined_values(advances, values)
+        rows.append(_joined([advance.ranking.rows for advance in advances]))
+        told = [advance.values for advance in advances if advance.values is not None]
+        values = _joined(told) if told else values
+    history, n_traits = np.array(rows), len(problem.circular)
     return MpgaResult(
-        best=np.array([ranking.best for ranking in rankings]),
-        mean=np.array([ranking.mean for ranking in rankings]),
-        traits=np.array([ranking.traits for ranking in rankings]),
-        terms=rankings[-1].terms,
+        best=history[:, :, 0],
+        mean=history[:, :, 1],
+        traits=history[:, :, 2 : 2 + n_traits],
+        terms=history[-1, :, 2 + n_traits :],
         values=np.array(logged),
         evaluations=t * genetic.population_size * genetic.generations,
     )
 
 
-def _joined(advances: list[Advance]) -> Ranking:
-    if len(advances) == 1:
-        return advances[0].ranking
-    columns = zip(*(advance.ranking for advance in advances), strict=True)
-    return Ranking(*(np.concatenate(column) for column in columns))
-
-
-def _joined_values(advances: list[Advance], last: Floats) -> Floats:
-    """Return the values of all populations; after the last generation, those of before."""
-    values = [advance.values for advance in advances if advance.values is not None]
-    return values[0] if len(values) == 1 else np.concatenate(values or [last])
+def _joined(parts: list[Floats]) -> Floats:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

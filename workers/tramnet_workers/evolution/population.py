@@ -15,13 +15,14 @@ Everything follows from (seed, stream, population, generation, strings, values o
 restored from a snapshot and the logged values give the same future, bit for bit, on any worker.
 """
 
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_workers.errors import UnsuitableWork
-from tramnet_workers.evolution.coupling import CoupledProblem, means, medians
+from tramnet_workers.evolution.coupling import CoupledProblem, Flags, means, medians
 from tramnet_workers.evolution.encodings import Layout, decode, gene_steps, pack, unpack
 from tramnet_workers.evolution.generation import (
     SCALED,
@@ -41,22 +42,44 @@ _RULES = {
     Selection.ROULETTE_SCALED: SCALED,
     Selection.TOURNAMENT: TOURNAMENT,
 }
+_REDUCTIONS: Mapping[Connect, Callable[[Flags, Floats, Floats], None] | None] = {
+    Connect.MEAN: means,
+    Connect.MEDIAN: medians,
+    Connect.BEST: None,  # the traits of the best individual, which ranking knows
+}
 
 
 class Ranking(NamedTuple):
     """The best individuals of a generation of k populations, for Figs 9 and 10.
 
     Attributes:
-        best: Largest fitness F_i,max, of shape (k,).
-        mean: Mean fitness, of shape (k,).
-        traits: Traits of the best individuals, of shape (k, n_traits).
-        terms: Terms of the best individuals, of shape (k, n_terms).
+        rows: Largest and mean fitness, then traits and terms of the best individual, of shape
+            (k, 2 + n_traits + n_terms).
+        n_traits: Number of traits.
     """
 
-    best: Floats
-    mean: Floats
-    traits: Floats
-    terms: Floats
+    rows: Floats
+    n_traits: int
+
+    @property
+    def best(self) -> Floats:
+        """Largest fitness F_i,max, of shape (k,)."""
+        return self.rows[:, 0]
+
+    @property
+    def mean(self) -> Floats:
+        """Mean fitness, of shape (k,)."""
+        return self.rows[:, 1]
+
+    @property
+    def traits(self) -> Floats:
+        """Traits of the best individuals, of shape (k, n_traits)."""
+        return self.rows[:, 2 : 2 + self.n_traits]
+
+    @property
+    def terms(self) -> Floats:
+        """Terms of the best individuals, of shape (k, n_terms)."""
+        return self.rows[:, 2 + self.n_traits :]
 
 
 class Advance(NamedTuple):
@@ -95,6 +118,8 @@ class PopulationState:
         stream: int = 0,
     ) -> None:
         self._problem, self._genetic, self._first = problem, genetic, first
+        self._gray = genetic.coding is Coding.GRAY
+        self._reduce = _REDUCTIONS[genetic.connect]
         self.generation = -1
         lower, upper = problem.lower[first:last], problem.upper[first:last]
         self._free = np.flatnonzero((problem.lower != problem.upper).any(axis=0))
@@ -106,13 +131,13 @@ class PopulationState:
         self._breeding = make_breeding(
             self._layout,
             m,
-            seed=seed,
             rule=_RULES[genetic.selection],
             crossover=genetic.crossover,
             mutation=genetic.mutation,
             elites=genetic.elites,
         )
-        self._keys = np.arange(stream + first, stream + last, dtype=np.uint64)
+        numbers = range(stream + first, stream + last)
+        self._keys = np.array([(seed, number) for number in numbers], np.uint64)
         self._strings = np.zeros((k, self._layout.n_words, m), np.uint64)
         self._spare = np.zeros_like(self._strings)
         self._genes = np.repeat(lower[:, :, None], m, axis=2)
@@ -132,12 +157,12 @@ class PopulationState:
 
     def begin(self) -> Floats:
         """Create and evaluate generation 0 and return its connecting values."""
-        first_generation(self._breeding, self._keys, self._layout.used(), self._strings)
+        first_generation(self._keys, self._layout.used(), self._strings)
         self.generation = 0
         self._evaluate()
-        if self._genetic.connect is Connect.BEST:
+        if self._reduce is None:
             self._rate(None)
-            return self._rank().traits
+            return self._rank().traits.copy()
         return self._values()
 
     def advance(self, values: Floats) -> Advance:
@@ -157,9 +182,7 @@ class PopulationState:
         )
         self._strings, self._spare = self._spare, self._strings
         self._evaluate()
-        if self._genetic.connect is Connect.BEST:
-            return Advance(ranking, ranking.traits)
-        return Advance(ranking, self._values())
+        return Advance(ranking, self._values() if self._reduce else ranking.traits.copy())
 
     def snapshot(self) -> NDArray[np.uint8]:
         """Return the strings of the present generation, packed: 500 bytes for 100 of 40 bits.
@@ -185,8 +208,8 @@ class PopulationState:
         self._evaluate()
 
     def _evaluate(self) -> None:
-        bits, gray = self._genetic.bits, self._genetic.coding is Coding.GRAY
-        decode(self._strings, bits, gray, self._lower, self._step, self._free, self._genes)
+        bits = self._layout.bits
+        decode(self._strings, bits, self._gray, self._lower, self._step, self._free, self._genes)
         self._problem.evaluate(self._first, self._genes, self._traits, self._terms)
 
     def _rate(self, values: Floats | None) -> None:
@@ -195,21 +218,16 @@ class PopulationState:
         )
 
     def _values(self) -> Floats:
+        assert self._reduce is not None
         values = np.empty(self._traits.shape[:2])
-        reduce = means if self._genetic.connect is Connect.MEAN else medians
-        reduce(self._problem.circular, self._traits, values)
+        self._reduce(self._problem.circular, self._traits, values)
         return values
 
     def _rank(self) -> Ranking:
-        k = len(self._fitness)
-        ranking = Ranking(
-            np.empty(k),
-            np.empty(k),
-            np.empty(self._traits.shape[:2]),
-            np.empty(self._terms.shape[:2]),
-        )
-        rank(self._fitness, self._traits, self._terms, *ranking)
-        return ranking
+        k, n_traits, _ = self._traits.shape
+        rows = np.empty((k, 2 + n_traits + self._terms.shape[1]))
+        rank(self._fitness, self._traits, self._terms, rows)
+        return Ranking(rows, n_traits)
 
 
 def evolve(
