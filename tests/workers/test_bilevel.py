@@ -1,13 +1,18 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tramnet_workers.errors import InvalidTask
+from tramnet_workers.errors import InvalidParameters, InvalidTask
 from tramnet_workers.evolution.mpga import run_mpga
 from tramnet_workers.kernels.design import DM, HC, JAC, JLC, RC
 from tramnet_workers.mpga_settings import SETTINGS
 from tramnet_workers.problems.bilevel import polish, run_bilevel, worth
 from tramnet_workers.problems.design_task import Base, DesignTask, Stroke
+from tramnet_workers.problems.designs import build_design, design_parameters
 from tramnet_workers.problems.single_design import single_design, single_genetic
+from tramnet_workers.problems.spatial_task import SpatialTask, spatial_stage
+from tramnet_workers.problems.stages import design_stage
 
 RECOMMENDED = SETTINGS["recommended"]
 ORIGIN = np.zeros(2)
@@ -131,3 +136,30 @@ def test_one_population_with_all_variables_solves_the_small_crank():
 def test_a_single_chromosome_is_for_three_links_to_be_designed():
     with pytest.raises(InvalidTask, match="three links to be designed"):
         single_design(DesignTask(lengths=(0.4, 0.4, 0.4)), RECOMMENDED)
+
+
+@pytest.mark.parametrize(
+    "design",
+    [
+        single_design(crank(4), RECOMMENDED),
+        design_stage(crank(4), RECOMMENDED).problem,
+        spatial_stage(SpatialTask(), RECOMMENDED).problem,
+    ],
+    ids=["single", "planar", "spatial"],
+)
+def test_every_kind_of_design_survives_the_wire(design):
+    genetic = replace(RECOMMENDED.genetic, generations=4, population_size=10)
+
+    copy = build_design(design_parameters(design))
+
+    one, other = (run_mpga(problem, genetic, 1) for problem in (design, copy))
+    assert type(copy) is type(design)
+    assert np.array_equal(one.traits, other.traits)
+
+
+@pytest.mark.parametrize(
+    "parameters", [{}, {"kind": "wooden", "design": {}}, {"kind": "single", "design": {}}]
+)
+def test_an_unknown_kind_of_design_is_refused(parameters):
+    with pytest.raises(InvalidParameters, match="expected"):
+        build_design(parameters)

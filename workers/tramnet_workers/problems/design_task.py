@@ -266,12 +266,19 @@ def check_weights(weights: Mapping[str, float]) -> None:
 
 def _plain(value: object) -> object:
     """Return a value made of tables, lists, numbers and words only."""
-    value = msgspec.to_builtins(value)
+    value = msgspec.to_builtins(value, enc_hook=_number)
     if isinstance(value, Mapping):
         return {key: _plain(element) for key, element in value.items()}
     if isinstance(value, tuple | list):
         return [_plain(element) for element in value]
     return value
+
+
+def _number(value: object) -> object:
+    """Return a number of NumPy's as one of Python's."""
+    if isinstance(value, np.generic):
+        return value.item()
+    raise NotImplementedError(f"no plain value for {type(value).__name__}")
 
 
 def _mapping(name: str, value: object) -> Mapping[str, object]:

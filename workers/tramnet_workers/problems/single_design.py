@@ -5,22 +5,28 @@ Kim & Khosla (1992), section 4: "If we use one optimization function, the total 
 sees it as a problem of one population. Planar arms of three revolute joints only, without TC.
 """
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_workers.errors import InvalidTask
+from tramnet_workers.errors import InvalidParameters, InvalidTask
 from tramnet_workers.kernels.design import N_TERMS
 from tramnet_workers.kernels.single import evaluate_single
 from tramnet_workers.mpga_settings import GeneticSettings, MpgaSettings
 from tramnet_workers.problems.design_task import DesignTask
+from tramnet_workers.problems.stages import TERM_NAMES
 
 Floats = NDArray[np.float64]
 
 _SHORTEST = 0.05  # smallest length gene [m]
+# Tuned over reach weight, mutation rate and population size, which it needs and MPGA does not.
+_FEW_POINTS, _FEW_RC, _MANY_RC = 16, 1.0, 0.3  # weight of RC [1/m]
 _MANY_POINTS = 32  # above which a larger population pays
+_MUTATIONS = 2.0  # bits changed in a chromosome, in the mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +102,29 @@ class SingleDesign:
         for r in range(N_TERMS):
             fitness += signs[r] * terms[:, r]
 
+    def parameters(self) -> dict[str, object]:
+        """Return plain values, for the wire."""
+        return {"task": self.task.parameters(), "weights": self.weights.tolist()}
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, object]) -> Self:
+        """Rebuild a problem from what ``parameters`` returned.
+
+        Raises:
+            InvalidParameters: They are no such values.
+        """
+        match parameters:
+            case {"task": Mapping() as task, "weights": list(weights)} if len(weights) == N_TERMS:
+                return cls(DesignTask.from_parameters(task), np.array(weights, dtype=np.float64))
+        expected = f"a task and {N_TERMS} weights"
+        raise InvalidParameters("crank", f"found {sorted(parameters)}, expected {expected}")
+
 
 def single_design(task: DesignTask, settings: MpgaSettings) -> SingleDesign:
     """Return the problem with the weights of the settings and the task."""
-    weights = {**asdict(settings.weights), "rc": 1.0, **task.weights}
-    names = ("dm", "tc", "rc", "hc", "jlc", "lc", "bpc", "jac")
-    return SingleDesign(task, np.array([weights[name] for name in names]))
+    rc = _FEW_RC if len(task.stations) <= _FEW_POINTS else _MANY_RC
+    weights = {**asdict(settings.weights), "rc": rc, **task.weights}
+    return SingleDesign(task, np.array([weights[name] for name in TERM_NAMES]))
 
 
 def single_genetic(task: DesignTask, settings: MpgaSettings, budget: int) -> GeneticSettings:
@@ -120,5 +143,5 @@ def single_genetic(task: DesignTask, settings: MpgaSettings, budget: int) -> Gen
         bits=task.genes.bits,
         population_size=size,
         generations=max(1, budget // (t * size)),
-        mutation=min(settings.genetic.mutation, 2.0 / n_bits),
+        mutation=min(settings.genetic.mutation, _MUTATIONS / n_bits),
     )
