@@ -38,10 +38,13 @@ class Recall:
         """
         keys = [genome.tobytes() for genome in genomes]
         found = {key: self._find(key) for key in keys}
-        first = {key: i for i, key in reversed(list(enumerate(keys))) if found[key] is None}
-        if first:
-            computed = evaluate(genomes[list(first.values())])
-            found.update(zip(first, computed.tolist(), strict=True))
+        places: dict[bytes, int] = {}
+        for place, key in enumerate(keys):
+            if found[key] is None:
+                places.setdefault(key, place)
+        if places:
+            computed = evaluate(genomes[list(places.values())])
+            found.update(zip(places, computed.tolist(), strict=True))
         self._remember(found)
         return np.array([found[key] for key in keys], dtype=np.float64)
 
