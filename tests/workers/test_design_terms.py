@@ -132,7 +132,7 @@ def test_a_population_is_rated_alike_in_whatever_company(seed):
 def private_terms(genes, point=(0.0, 0.0), printed_hc=False):
     limits = np.array([3.0, 1.0, 1.0])
     arm = PlanarModel(
-        False, -limits, limits, np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 4)), printed_hc
+        False, np.array([-limits, limits]), np.zeros((0, 2)), np.zeros((0, 4)), printed_hc
     )
     genes = np.asarray(genes, float)[None, :, None]
     terms = np.empty((1, 8, 1))

@@ -14,21 +14,15 @@ SEEDS = st.integers(0, 2**32)
 
 
 def model(n=3, by_place=True, strokes=(), boxes=NO_BOXES, printed_hc=False, limit=np.pi):
-    return PlanarModel(
-        by_place,
-        np.full(n, -limit),
-        np.full(n, limit),
-        np.array(strokes, np.int64),
-        np.full(len(strokes), 0.3),
-        np.asarray(boxes, float),
-        printed_hc,
-    )
+    rows = np.array([(link, 0.3) for link in strokes]).reshape(-1, 2)
+    limits = np.tile([[-limit], [limit]], (1, n))
+    return PlanarModel(by_place, limits, rows, np.asarray(boxes, float), printed_hc)
 
 
 def evaluated(arm, points, genes):
     """Return places, traits and terms of one population or several."""
     k, _, m = genes.shape
-    n, n_strokes = len(arm.lower), len(arm.prismatic)
+    n, n_strokes = arm.limits.shape[1], len(arm.strokes)
     places = np.empty((k, n + 1, 2, m))
     traits, terms = np.empty((k, 2 * n + 2 + n_strokes, m)), np.empty((k, 8, m))
     evaluate_planar(arm, points, genes, places, traits, terms)

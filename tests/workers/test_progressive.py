@@ -74,10 +74,10 @@ def test_step_1_wants_the_same_elbow_by_jac_for_few_points_and_by_limits_for_man
     many = design_stage(DesignTask(stations=tuple(np.arange(8) / 8)), RECOMMENDED).problem
 
     assert few.coupling.weights[JAC] == 0.06
-    assert few.model.lower == pytest.approx(np.deg2rad([-180, -150, -150]))
+    assert few.model.limits[0] == pytest.approx(np.deg2rad([-180, -150, -150]))
     assert (many.coupling.weights[JAC], many.coupling.weights[JLC]) == (0.01, 0.5)
-    assert many.model.lower == pytest.approx(np.deg2rad([-180, 0, 0]))
-    assert many.model.upper == pytest.approx(np.deg2rad([180, 150, 150]))
+    assert many.model.limits[0] == pytest.approx(np.deg2rad([-180, 0, 0]))
+    assert many.model.limits[1] == pytest.approx(np.deg2rad([180, 150, 150]))
 
 
 def test_a_user_s_weight_is_never_overruled():

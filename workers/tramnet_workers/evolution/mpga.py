@@ -73,7 +73,7 @@ def run_mpga(
     for _ in range(genetic.generations):
         advances = [state.advance(values) for state in states]
         logged.append(values)
-        rows.append(_joined([advance.ranking.rows for advance in advances]))
+        rows.append(_joined([advance.ranking for advance in advances]))
         told = [advance.values for advance in advances if advance.values is not None]
         values = _joined(told) if told else values
     history, n_traits = np.array(rows), len(problem.circular)

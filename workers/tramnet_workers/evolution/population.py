@@ -86,12 +86,12 @@ class Advance(NamedTuple):
     """What one generation yields.
 
     Attributes:
-        ranking: The best of the generation that has been rated.
+        ranking: The best of the generation that has been rated, rows as in ``Ranking``.
         values: Own connecting values of the generation that follows, of shape (k, n_traits); None
             after the last one.
     """
 
-    ranking: Ranking
+    ranking: Floats
     values: Floats | None
 
 
@@ -162,7 +162,7 @@ class PopulationState:
         self._evaluate()
         if self._reduce is None:
             self._rate(None)
-            return self._rank().traits.copy()
+            return self.ranked(self._rank()).traits.copy()
         return self._values()
 
     def advance(self, values: Floats) -> Advance:
@@ -182,7 +182,9 @@ class PopulationState:
         )
         self._strings, self._spare = self._spare, self._strings
         self._evaluate()
-        return Advance(ranking, self._values() if self._reduce else ranking.traits.copy())
+        if self._reduce is None:
+            return Advance(ranking, self.ranked(ranking).traits.copy())
+        return Advance(ranking, self._values())
 
     def snapshot(self) -> NDArray[np.uint8]:
         """Return the strings of the present generation, packed: 500 bytes for 100 of 40 bits.
@@ -223,11 +225,14 @@ class PopulationState:
         self._reduce(self._problem.circular, self._traits, values)
         return values
 
-    def _rank(self) -> Ranking:
-        k, n_traits, _ = self._traits.shape
-        rows = np.empty((k, 2 + n_traits + self._terms.shape[1]))
+    def ranked(self, rows: Floats) -> Ranking:
+        """Return what ``advance`` ranked, with names."""
+        return Ranking(rows, len(self._problem.circular))
+
+    def _rank(self) -> Floats:
+        rows = np.empty((len(self._traits), 2 + self._traits.shape[1] + self._terms.shape[1]))
         rank(self._fitness, self._traits, self._terms, rows)
-        return Ranking(rows, n_traits)
+        return rows
 
 
 def evolve(

@@ -18,8 +18,6 @@ from tramnet_workers.kernels.order import wrap
 from tramnet_workers.kernels.transforms import atan2, sincos
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
 _NEVER_ZERO = 1e-300
 
 
@@ -28,20 +26,16 @@ class PlanarModel(NamedTuple):
 
     Attributes:
         by_place: Whether genes are places of joints; else they are angles and lengths.
-        lower: Smallest joint angles, of shape (n,) [rad].
-        upper: Largest joint angles, of shape (n,) [rad].
-        prismatic: Links, from 0, that a prismatic joint extends, of shape (n_strokes,).
-        stroke_scales: Lengths that make strokes comparable to angles in the Jacobian, of shape
-            (n_strokes,) [m].
+        limits: Smallest and largest joint angles, of shape (2, n) [rad].
+        strokes: One row a prismatic joint: the link, from 0, that it extends, and the length that
+            makes it comparable to an angle in the Jacobian [m], of shape (n_strokes, 2).
         boxes: Obstacles as rows x_min, y_min, x_max, y_max, of shape (n_boxes, 4) [m].
         printed_hc: Whether HC has the sign printed in the paper, which makes degenerate arms.
     """
 
     by_place: bool
-    lower: Floats
-    upper: Floats
-    prismatic: Integers
-    stroke_scales: Floats
+    limits: Floats
+    strokes: Floats
     boxes: Floats
     printed_hc: bool
 
@@ -73,8 +67,8 @@ def _read_places(
     model: PlanarModel, point: Floats, genes: Floats, places: Floats, traits: Floats
 ) -> None:
     """Place the joints where the genes say and measure lengths and angles."""
-    n = len(model.lower)
-    base = 2 * (n - 1) + len(model.prismatic)
+    n = model.limits.shape[1]
+    base = 2 * (n - 1) + len(model.strokes)
     for axis in range(2):
         origin = genes[base + axis]
         places[0, axis] = origin
@@ -86,8 +80,8 @@ def _read_places(
         traits[n + axis] = origin
     for k in range(n):
         _measure_link(places, k, traits[k], traits[n + 2 + k])
-    for s in range(len(model.prismatic)):
-        length, stroke = traits[model.prismatic[s]], genes[2 * (n - 1) + s]
+    for s in range(len(model.strokes)):
+        length, stroke = traits[int(model.strokes[s, 0])], genes[2 * (n - 1) + s]
         for j in range(len(length)):
             length[j] -= stroke[j]
         traits[2 * n + 2 + s] = stroke
@@ -114,7 +108,7 @@ def _measure_link(places: Floats, k: int, length: Floats, angle: Floats) -> None
 @kernel
 def _read_angles(model: PlanarModel, genes: Floats, places: Floats, traits: Floats) -> None:
     """Place the joints by the angles and lengths that the genes give."""
-    n, n_strokes = len(model.lower), len(model.prismatic)
+    n, n_strokes = model.limits.shape[1], len(model.strokes)
     base = n + n_strokes
     places[0] = genes[base : base + 2]
     traits[:n] = genes[base + 2 : base + 2 + n]
@@ -131,7 +125,7 @@ def _read_angles(model: PlanarModel, genes: Floats, places: Floats, traits: Floa
             places[k + 1, 1, j] = s
         reach = length.copy()
         for stroke in range(n_strokes):
-            if model.prismatic[stroke] == k:
+            if model.strokes[stroke, 0] == k:
                 reach += genes[n + stroke]
         for axis in range(2):
             near, far = places[k, axis], places[k + 1, axis]
@@ -143,7 +137,7 @@ def _read_angles(model: PlanarModel, genes: Floats, places: Floats, traits: Floa
 def _evaluate_arms(
     model: PlanarModel, point: Floats, places: Floats, traits: Floats, terms: Floats
 ) -> None:
-    n = len(model.lower)
+    n = model.limits.shape[1]
     terms[:] = 0.0
     _add_dexterity(model, places, traits, terms[DM])
     for box in range(len(model.boxes)):
@@ -160,9 +154,11 @@ def _evaluate_arms(
             inner, outer = outer, inner
         _add_excess(outer, inner, terms[HC])
     for k in range(n):
-        _add_limits(traits[n + 2 + k], model.lower[k], model.upper[k], terms[JLC])
-    for s in range(len(model.prismatic)):
-        _add_limits(traits[model.prismatic[s]], 0.0, np.inf, terms[JLC])  # a stroke needs its link
+        _add_limits(traits[n + 2 + k], model.limits[0, k], model.limits[1, k], terms[JLC])
+    for s in range(len(model.strokes)):
+        _add_limits(
+            traits[int(model.strokes[s, 0])], 0.0, np.inf, terms[JLC]
+        )  # a stroke needs its link
 
 
 @kernel
@@ -172,7 +168,7 @@ def _add_dexterity(model: PlanarModel, places: Floats, traits: Floats, dm: Float
     A revolute joint's column is the lever from it to the tip, turned by a right angle; so the minor
     of two of them is the cross product of the levers.
     """
-    n, n_strokes = len(model.lower), len(model.prismatic)
+    n, n_strokes = model.limits.shape[1], len(model.strokes)
     tip_x, tip_y = places[n]
     total = np.zeros(len(dm))
     for k in range(n):
@@ -196,17 +192,17 @@ def _add_dexterity(model: PlanarModel, places: Floats, traits: Floats, dm: Float
 @kernel
 def _add_stroke_minors(model: PlanarModel, s: int, places: Floats, squares: Floats) -> None:
     """Add the squared minors of a prismatic joint's column with all revolute ones and later strokes."""
-    n, link = len(model.lower), model.prismatic[s]
+    n, link = model.limits.shape[1], int(model.strokes[s, 0])
     for j in range(len(squares)):
         x, y = _direction(places, link, j)
-        x, y = model.stroke_scales[s] * x, model.stroke_scales[s] * y
+        x, y = model.strokes[s, 1] * x, model.strokes[s, 1] * y
         for k in range(n):
             minor = (places[n, 0, j] - places[k, 0, j]) * x
             minor += (places[n, 1, j] - places[k, 1, j]) * y
             squares[j] += minor * minor
-        for later in range(s + 1, len(model.prismatic)):
-            u, v = _direction(places, model.prismatic[later], j)
-            minor = model.stroke_scales[later] * (x * v - y * u)
+        for later in range(s + 1, len(model.strokes)):
+            u, v = _direction(places, int(model.strokes[later, 0]), j)
+            minor = model.strokes[later, 1] * (x * v - y * u)
             squares[j] += minor * minor
 
 

@@ -72,7 +72,7 @@ class PlanarDesign(ConnectedArms):
             coupling=found.coupling.build(),
             ramp=found.ramp,
             generations=found.generations,
-            fixed=rows_of(found.fixed, 2 * len(model.lower) + 2 + len(model.prismatic)),
+            fixed=rows_of(found.fixed, 2 * model.limits.shape[1] + 2 + len(model.strokes)),
             model=model,
             terms=tuple(found.terms),
         )
@@ -80,20 +80,16 @@ class PlanarDesign(ConnectedArms):
 
 class _PlainModel(msgspec.Struct):
     by_place: bool
-    lower: list[float]
-    upper: list[float]
-    prismatic: list[int]
-    stroke_scales: list[float]
+    limits: list[list[float]]
+    strokes: list[list[float]]
     boxes: list[list[float]]
     printed_hc: bool
 
     def build(self) -> PlanarModel:
         return PlanarModel(
             self.by_place,
-            np.array(self.lower),
-            np.array(self.upper),
-            np.array(self.prismatic, np.int64),
-            np.array(self.stroke_scales),
+            np.array(self.limits),
+            rows_of(self.strokes, 2),
             rows_of(self.boxes, 4),
             self.printed_hc,
         )

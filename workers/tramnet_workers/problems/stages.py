@@ -287,10 +287,8 @@ def _problem(
         upper=upper,
         model=PlanarModel(
             by_place=step is Step.DESIGN,
-            lower=np.array(task.lower),
-            upper=np.array(task.upper),
-            prismatic=np.array([stroke.link for stroke in task.strokes], np.int64),
-            stroke_scales=np.array([stroke.scale for stroke in task.strokes]),
+            limits=np.array([task.lower, task.upper]),
+            strokes=np.array([(s.link, s.scale) for s in task.strokes]).reshape(-1, 2),
             boxes=np.array(task.boxes).reshape(-1, 4),
             printed_hc=settings.printed_hc,
         ),
