@@ -1,0 +1,243 @@
+"""Quality and cost of the design of the crank's arm, on one core, in one process.
+
+Run as ``python -m benchmarks.crank [--seeds 8] [--most-points 128]``. Quality q is the mean dexterity of
+the links found, with exact poses, over the optimum's. Every method may evaluate one arm at one task
+point 100,000 times the number of points. Seconds are processor time, for information; bars are ratios.
+"""
+
+import argparse
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tramnet_workers.evolution.coupling import medians
+from tramnet_workers.evolution.encodings import Layout, decode, gene_steps
+from tramnet_workers.evolution.mpga import run_mpga
+from tramnet_workers.kernels.design import RC
+from tramnet_workers.mpga_settings import SETTINGS, GeneticSettings
+from tramnet_workers.problems.bilevel import polish, run_bilevel, worth
+from tramnet_workers.problems.checks import follow_poses
+from tramnet_workers.problems.crank_design import PlanarDesign
+from tramnet_workers.problems.design_task import DesignTask
+from tramnet_workers.problems.progressive import Outcome, advance, begin
+from tramnet_workers.problems.single_design import single_design, single_genetic
+from tramnet_workers.problems.stages import design_stage
+
+Floats = NDArray[np.float64]
+
+FIRST_SEED = 1000
+BUDGET = 100_000  # evaluations for each task point
+ORIGIN = np.zeros(2)
+REQUIRED_SPREAD = {4: 0.003, 64: 0.010}  # [m]
+REQUIRED_Q, REQUIRED_WORST, REQUIRED_POLISHED = 0.98, 0.97, 0.999
+REQUIRED_OVERHEAD, REQUIRED_CONSTANCY = 1.5, 1.3
+
+
+class Found(NamedTuple):
+    """What a method found with some seeds."""
+
+    q: Floats
+    spread: Floats
+    seconds: float
+
+
+def main() -> None:
+    """Print the tables."""
+    arguments = _arguments()
+    seeds = range(FIRST_SEED, FIRST_SEED + arguments.seeds)
+    points = [t for t in (4, 8, 16, 32, 64, 128) if t <= arguments.most_points]
+    run_mpga(*_problem(4, "recommended", generations=3), seed=0)  # loads the compiled kernels
+    _print_quality([t for t in points if t in (4, 16, 64)], seeds)
+    _print_cost(points)
+    _print_methods(points, seeds)
+    _print_progressive(seeds)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=8)
+    parser.add_argument("--most-points", type=int, default=128)
+    return parser.parse_args()
+
+
+def _task(t: int) -> DesignTask:
+    return DesignTask(stations=tuple(np.arange(t) / t))
+
+
+def _problem(
+    t: int, settings: str, *, generations: int | None = None
+) -> tuple[PlanarDesign, GeneticSettings]:
+    named = replace(SETTINGS[settings], elbow=None)
+    stage = design_stage(_task(t), named)
+    assert isinstance(stage.problem, PlanarDesign)
+    genetic = stage.genetic
+    return stage.problem, replace(genetic, generations=generations or genetic.generations)
+
+
+def _optimum(t: int) -> float:
+    return run_bilevel(_task(t), 2 * BUDGET * t, seed=0).dexterity
+
+
+def _found(t: int, seeds: Iterable[int], search: Callable[[int], tuple[Floats, float]]) -> Found:
+    """Run a search that returns lengths and spread; measure the lengths by exact poses."""
+    optimum, q, spreads, seconds = _optimum(t), [], [], 0.0
+    for seed in seeds:
+        started = time.process_time()
+        lengths, spread = search(seed)
+        seconds += time.process_time() - started
+        q.append(worth(_task(t), lengths, ORIGIN).mean / optimum)
+        spreads.append(spread)
+    return Found(np.array(q), np.array(spreads), seconds / len(q))
+
+
+def _by_mpga(t: int, settings: str) -> Callable[[int], tuple[Floats, float]]:
+    problem, genetic = _problem(t, settings)
+
+    def search(seed: int) -> tuple[Floats, float]:
+        lengths = run_mpga(problem, genetic, seed).final_traits[:, :3]
+        if SETTINGS[settings].polish:
+            return np.array(polish(_task(t), lengths.mean(axis=0), ORIGIN).lengths), 0.0
+        return lengths.mean(axis=0), float(np.ptp(lengths, axis=0).max())
+
+    return search
+
+
+def _by_single_ga(t: int) -> Callable[[int], tuple[Floats, float]]:
+    task, settings = _task(t), SETTINGS["recommended"]
+    problem, genetic = single_design(task, settings), single_genetic(task, settings, BUDGET * t)
+    return lambda seed: (run_mpga(problem, genetic, seed).final_traits[0, :3], 0.0)
+
+
+def _by_bilevel(t: int) -> Callable[[int], tuple[Floats, float]]:
+    return lambda seed: (np.array(run_bilevel(_task(t), BUDGET * t, seed).lengths), 0.0)
+
+
+def _print_quality(points: Iterable[int], seeds: range) -> None:
+    print(f"MPGA, m = 100, 1000 generations, {len(seeds)} seeds")
+    print("settings       t   q mean  q worst  link spread mean, worst [mm]")
+    spreads: dict[tuple[str, int], float] = {}
+    for settings in ("literal", "recommended", "polished"):
+        for t in points:
+            found = _found(t, seeds, _by_mpga(t, settings))
+            spreads[settings, t] = float(found.spread.mean())
+            print(
+                f"{settings:<12} {t:>3}   {found.q.mean():.4f}   {found.q.min():.4f}  "
+                f"{1e3 * found.spread.mean():8.2f} {1e3 * found.spread.max():8.2f}"
+                f"   {_quality_verdict(settings, t, found)}"
+            )
+    for t in points:
+        ratio = spreads["literal", t] / spreads["recommended", t]
+        print(f"t = {t}: literal spread over recommended {ratio:.0f} {_verdict(ratio > 10.0)}")
+    print()
+
+
+def _quality_verdict(settings: str, t: int, found: Found) -> str:
+    if settings == "polished":
+        return _verdict(found.q.min() >= REQUIRED_POLISHED)
+    if settings == "literal":
+        return ""
+    good = found.q.mean() >= REQUIRED_Q and found.q.min() >= REQUIRED_WORST
+    return _verdict(bool(good and found.spread.max() <= REQUIRED_SPREAD.get(t, np.inf)))
+
+
+def _print_cost(points: Iterable[int]) -> None:
+    """Print what a generation costs, and how much of it is not evaluation of eqs (1) to (11)."""
+    print("cost of MPGA, recommended, m = 100")
+    print("  t   s for 1000 generations   us a population and generation   over evaluation")
+    each: list[float] = []
+    for t in points:
+        generations = max(100, 4000 // t)
+        problem, genetic = _problem(t, "recommended", generations=generations)
+        run = _least_seconds(partial(run_mpga, problem, genetic, 1))
+        alone = _least_seconds(partial(_only_evaluate, problem, genetic))
+        each.append(run / generations / t)
+        ratio = run / alone
+        print(
+            f"{t:>3} {1000 * run / generations:24.3f} {1e6 * each[-1]:32.2f} {ratio:17.2f}"
+            f"   {_verdict(ratio <= REQUIRED_OVERHEAD)}"
+        )
+    constancy = max(each) / min(each)
+    print(
+        f"dearest over cheapest population {constancy:.2f} {_verdict(constancy <= REQUIRED_CONSTANCY)}\n"
+    )
+
+
+def _only_evaluate(problem: PlanarDesign, genetic: GeneticSettings) -> None:
+    """Evaluate eqs (1) to (11) for as many individuals as a run does, and nothing else."""
+    t, m, n_traits = problem.n_populations, genetic.population_size, len(problem.circular)
+    free = np.flatnonzero((problem.lower != problem.upper).any(axis=0))
+    layout = Layout(len(free), genetic.bits)
+    rng = np.random.default_rng(0)
+    strings = rng.integers(0, 2**60, (t, layout.n_words, m), dtype=np.uint64)
+    step = gene_steps(problem.lower, problem.upper, genetic.bits)
+    genes = np.repeat(problem.lower[:, :, None], m, axis=2)
+    traits, terms = np.empty((t, n_traits, m)), np.empty((t, problem.n_terms, m))
+    values, fitness = np.empty((t, n_traits)), np.empty((t, m))
+    for generation in range(genetic.generations):
+        decode(strings, genetic.bits, True, problem.lower, step, free, genes)
+        problem.evaluate(0, genes, traits, terms)
+        medians(problem.circular, traits, values)
+        problem.rate(0, generation, values, traits, terms, fitness)
+
+
+def _print_methods(points: Iterable[int], seeds: range) -> None:
+    print(f"methods at equal evaluations, {BUDGET} for each task point: q mean (worst), s a run")
+    print("  t   mpga                     single-ga                bilevel-cma")
+    for t in points:
+        few = seeds[: max(2, len(seeds) * 8 // t)] if t > 8 else seeds
+        row = [
+            _found(t, few, search)
+            for search in (_by_mpga(t, "recommended"), _by_single_ga(t), _by_bilevel(t))
+        ]
+        cells = (f"{f.q.mean():.4f} ({f.q.min():.4f}) {f.seconds:5.2f}" for f in row)
+        print(f"{t:>3}   " + "    ".join(cells))
+    print()
+
+
+def _print_progressive(seeds: range) -> None:
+    print("Progressive Design of the crank, recommended")
+    print("seed  returns  stations  RC max [m]  end error [rad]  null peak/mean exact  printed  s")
+    for seed in seeds:
+        started = time.process_time()
+        task, outcome = _designed(seed)
+        seconds = time.process_time() - started
+        printed = follow_poses(task, outcome.poses, exact_gain=False)
+        reach, end = outcome.terms[:, RC].max(), outcome.motion.end_errors.max()
+        exact, peak = outcome.motion.null_peaks.max(), printed.null_peaks.min()
+        good = reach <= 1e-3 and end <= 1e-3 and exact <= 1.1 and peak > 2.0
+        print(
+            f"{seed:>4}  {outcome.returns:>7}  {len(outcome.terms):>8}  {reach:10.1e}  {end:15.1e}"
+            f"  {exact:20.3f}  {peak:7.2f}  {seconds:.2f} "
+            f"{_verdict(bool(good) and not outcome.violations)}"
+        )
+
+
+def _designed(seed: int) -> tuple[DesignTask, Outcome]:
+    state = begin(DesignTask(), SETTINGS["recommended"])
+    while state.stage is not None:
+        found = run_mpga(state.stage.problem, state.stage.genetic, seed, stream=state.stream)
+        state = advance(state, found.final_traits)
+    assert state.outcome is not None
+    return state.task, state.outcome
+
+
+def _least_seconds(call: Callable[[], object], repeats: int = 5) -> float:
+    times = []
+    for _ in range(repeats):
+        started = time.process_time()
+        call()
+        times.append(time.process_time() - started)
+    return min(times)
+
+
+def _verdict(reached: bool) -> str:
+    return "reached" if reached else "MISSED"
+
+
+if __name__ == "__main__":
+    main()
