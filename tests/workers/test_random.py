@@ -12,6 +12,7 @@ from tramnet_workers.kernels import kernel
 from tramnet_workers.kernels.random import (
     Stream,
     below,
+    fill_words,
     gaussian,
     new_stream,
     next_word,
@@ -137,3 +138,17 @@ def test_a_gaussian_number_is_the_box_muller_transform_of_two_uniform_ones(
     assert found == pytest.approx(
         np.sqrt(-2.0 * np.log1p(-u)) * np.cos(2.0 * np.pi * v), rel=1e-9, abs=1e-12
     )
+
+
+@given(keys, st.integers(1, 9))
+def test_words_filled_for_many_slots_are_those_of_their_streams(
+    key: tuple[int, int, int, int, int], n_words: int
+) -> None:
+    seed, population, generation, purpose, _ = key
+    words = np.empty((n_words, 5), np.uint64)
+
+    fill_words(words, seed, population, generation, purpose)
+
+    for slot in range(5):
+        expected = philox_at((seed, population, generation, purpose, slot)).random_raw(n_words)
+        assert words[:, slot].tolist() == expected.tolist()

@@ -123,9 +123,7 @@ def fill_words(
     for first in range(0, len(words), 4):
         counter = np.uint64(first // 4 + 1)
         for slot in range(words.shape[1]):
-            block = _philox(
-                key_0, key_1, counter, np.uint64(slot), np.uint64(generation), _ZERO
-            )
+            block = _philox(key_0, key_1, counter, np.uint64(slot), np.uint64(generation), _ZERO)
             for i in range(min(4, len(words) - first)):
                 words[first + i, slot] = block[i]
 
