@@ -26,12 +26,12 @@ from tramnet_workers.problems.design_task import DesignTask
 from tramnet_workers.problems.stages import (
     Poses,
     Stage,
-    Step,
     design_stage,
     evaluate_poses,
     planning_stage,
     prototype_stage,
 )
+from tramnet_workers.problems.steps import Step
 from tramnet_workers.problems.trajectory import intervals
 
 Floats = NDArray[np.float64]

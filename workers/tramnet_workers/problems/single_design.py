@@ -18,7 +18,7 @@ from tramnet_workers.kernels.design import N_TERMS
 from tramnet_workers.kernels.single import evaluate_single
 from tramnet_workers.mpga_settings import GeneticSettings, MpgaSettings
 from tramnet_workers.problems.design_task import DesignTask
-from tramnet_workers.problems.stages import TERM_NAMES
+from tramnet_workers.problems.steps import TERM_NAMES
 
 Floats = NDArray[np.float64]
 

@@ -19,7 +19,8 @@ from tramnet_workers.kernels.transforms import sincos
 from tramnet_workers.mpga_settings import MpgaSettings
 from tramnet_workers.problems.design_task import check_weights
 from tramnet_workers.problems.spatial_design import SpatialDesign
-from tramnet_workers.problems.stages import CONSTRAINTS, TERM_NAMES, Stage, Step, ring_neighbours
+from tramnet_workers.problems.stages import Stage, ring_neighbours
+from tramnet_workers.problems.steps import CONSTRAINTS, TERM_NAMES, Step
 from tramnet_workers.robots.revolute_chain import ChainRow, six_joint_template
 
 Floats = NDArray[np.float64]

@@ -1,15 +1,11 @@
 """The steps of Progressive Design, each as a problem for connected populations.
 
-Kim & Khosla (1992), section 6. Which constraints act in which step is Fig. 8, as the text describes it;
-the figure itself is lost. ``CONSTRAINTS`` is that table. A given arm has no step 1 proper: its first
-step is path placement, "just by fixing variables corresponding to dimension (D) and turning off LC and
-HC" (section 4), with RC in place of inverse kinematics.
+Kim & Khosla (1992), section 6. Each step searches fewer variables in smaller ranges: step 1 dimension,
+poses and base, step 2 poses and base around what step 1 found, step 3 poses between those of step 2.
 """
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from enum import StrEnum
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -21,33 +17,9 @@ from tramnet_workers.mpga_settings import GeneticSettings, MpgaSettings, Refinem
 from tramnet_workers.problems.connected import ConnectedArms
 from tramnet_workers.problems.crank_design import PlanarDesign
 from tramnet_workers.problems.design_task import DesignTask
+from tramnet_workers.problems.steps import CONSTRAINTS, TERM_NAMES, Step
 
 Floats = NDArray[np.float64]
-
-
-class Step(StrEnum):
-    """Steps of Progressive Design; ``PLACEMENT`` is the first one of a given arm."""
-
-    DESIGN = "design"
-    PLACEMENT = "placement"
-    PROTOTYPE = "prototype"
-    PLANNING = "planning"
-    CONTROL = "control"
-
-
-#: The terms of eq (4), in its order.
-TERM_NAMES = ("dm", "tc", "rc", "hc", "jlc", "lc", "bpc", "jac")
-
-#: Fig. 8: which terms of eq (4) act in which step; control only checks.
-CONSTRAINTS: Mapping[Step, frozenset[str]] = MappingProxyType(
-    {
-        Step.DESIGN: frozenset({"dm", "tc", "hc", "jlc", "lc", "bpc", "jac"}),
-        Step.PLACEMENT: frozenset({"dm", "tc", "rc", "jlc", "bpc", "jac"}),
-        Step.PROTOTYPE: frozenset({"dm", "tc", "rc", "jlc", "bpc", "jac"}),
-        Step.PLANNING: frozenset({"dm", "tc", "rc", "jlc", "jac"}),
-        Step.CONTROL: frozenset({"rc", "jlc"}),
-    }
-)
 
 
 @dataclass(frozen=True, eq=False)
