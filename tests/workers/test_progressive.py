@@ -1,3 +1,4 @@
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,19 +9,19 @@ from tramnet_workers.kernels.design import BPC, DM, HC, JAC, JLC, LC, RC
 from tramnet_workers.kernels.order import wrap
 from tramnet_workers.mpga_settings import SETTINGS
 from tramnet_workers.problems.bilevel import worth
-from tramnet_workers.problems.checks import MOST_JUMP, Violation, find_violations, follow_poses
+from tramnet_workers.problems.checks import MOST_JUMP, find_violations, follow_poses
+from tramnet_workers.problems.design_report import describe_design
 from tramnet_workers.problems.design_task import DesignTask
 from tramnet_workers.problems.progressive import advance, begin, interpolate, summarise
 from tramnet_workers.problems.stages import (
-    CONSTRAINTS,
     Poses,
-    Step,
     design_stage,
     evaluate_poses,
     planning_stage,
     prototype_stage,
     ring_neighbours,
 )
+from tramnet_workers.problems.steps import CONSTRAINTS, Step
 from tramnet_workers.problems.stock import Stock
 from tramnet_workers.problems.trajectory import Polyline
 
@@ -278,7 +279,28 @@ def test_the_report_of_step_1_has_links_spread_and_elbows():
     assert found.elbow_agreement == pytest.approx(2 / 3)
 
 
-def test_a_violation_says_what_was_found_and_allowed():
-    violation = Violation("rc", (0.25,), 0.01, 1e-3)
+def test_a_design_is_described_by_plain_values_with_units():
+    state = designed(DesignTask())[-1]
 
-    assert violation.found > violation.limit
+    plain = describe_design(state.task, state.outcome)
+
+    assert json.loads(json.dumps(plain)) == plain
+    assert plain["link_lengths_m"] == state.outcome.poses.lengths.tolist()
+    assert plain["returns"] == state.outcome.returns
+    assert plain["violations"] == []
+    task_points = [point for point in plain["points"] if point["task_point"]]
+    assert np.mean([point["dexterity"] for point in task_points]) == plain["dexterity_mean"]
+    for point in plain["points"]:
+        assert set(point["constraints"]) == {"tc", "rc", "hc", "jlc", "lc", "bpc", "jac"}
+        tip = np.exp(1j * np.cumsum(point["pose_rad"])) @ plain["link_lengths_m"]
+        assert [tip.real, tip.imag] == pytest.approx(point["point_m"], abs=1e-9)
+
+
+def test_a_description_says_which_constraint_fails_where():
+    state = designed(DesignTask(stock=Stock.of_lengths([0.2]), most_returns=0))[-1]
+
+    plain = describe_design(state.task, state.outcome)
+
+    fails = {point["station"]: point["fails"] for point in plain["points"]}
+    assert "rc" in fails[0.0]
+    assert {v["constraint"] for v in plain["violations"]} >= {"rc"}

@@ -8,9 +8,11 @@ from tramnet_workers.evolution.mpga import run_mpga
 from tramnet_workers.kernels.design import BPC, DM, HC, LC, RC, TC
 from tramnet_workers.mpga_settings import SETTINGS
 from tramnet_workers.problems.bilevel import worth
+from tramnet_workers.problems.design_report import planar_arm
 from tramnet_workers.problems.design_task import Base, DesignTask, Stroke
 from tramnet_workers.problems.progressive import advance, begin
-from tramnet_workers.problems.stages import Poses, Step, design_stage, evaluate_poses
+from tramnet_workers.problems.stages import Poses, design_stage, evaluate_poses
+from tramnet_workers.problems.steps import Step
 from tramnet_workers.problems.trajectory import Circle, Polyline
 from tramnet_workers.problems.variants import (
     VARIANTS,
@@ -184,9 +186,7 @@ def loaded(arm):
 def test_the_exported_arm_reaches_every_task_point_in_pinocchio(task):
     state = designed(task)[-1]
     poses, n = state.outcome.poses, task.n_links
-    extent = [sum(s.length for s in task.strokes if s.link == k) for k in range(n)]
-    arm = PlanarArm("crank", tuple(poses.lengths), tuple(poses.bases[0]), task.lower, task.upper,
-                    tuple(extent))  # fmt: skip
+    arm = planar_arm(task, poses, "crank")
     model, data, tip = loaded(arm)
     order = [model.getJointId(f"joint{k + 1}") for k in range(n)]
     order += [model.getJointId(f"stroke{stroke.link + 1}") for stroke in task.strokes]
