@@ -15,6 +15,8 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 _TINY = 1e-300
+_BASIS = np.uint64(0xCBF29CE484222325)
+_PRIME = np.uint64(0x100000001B3)
 
 
 def scaled_fitness(objectives: Floats, hopeless: float) -> Floats:
@@ -57,11 +59,25 @@ def first_equals(genomes: NDArray[np.int16]) -> Indices:
 
 @device
 def _fingerprint(genomes: NDArray[np.int16], slot: int) -> np.uint64:
-    """Fowler, Noll & Vo's hash FNV-1a, with genes for bytes: unequal ones mean unequal genomes."""
-    word = np.uint64(0xCBF29CE484222325)
-    for k in range(genomes.shape[1]):
-        word = (word ^ np.uint64(np.uint16(genomes[slot, k]))) * np.uint64(0x100000001B3)
-    return word
+    """Fowler, Noll & Vo's hash FNV-1a, with genes for bytes: unequal ones mean unequal genomes.
+
+    Four hashes of every fourth gene each: one would wait for its own last multiplication.
+    """
+    a, b, c, d = _BASIS, _BASIS, _BASIS, _BASIS
+    n = genomes.shape[1]
+    for k in range(0, n - 3, 4):
+        a = (a ^ _word(genomes[slot, k])) * _PRIME
+        b = (b ^ _word(genomes[slot, k + 1])) * _PRIME
+        c = (c ^ _word(genomes[slot, k + 2])) * _PRIME
+        d = (d ^ _word(genomes[slot, k + 3])) * _PRIME
+    for k in range(n - n % 4, n):
+        a = (a ^ _word(genomes[slot, k])) * _PRIME
+    return (((a ^ b) * _PRIME ^ c) * _PRIME ^ d) * _PRIME
+
+
+@device
+def _word(gene: int) -> np.uint64:
+    return np.uint64(np.uint16(gene))
 
 
 @device

@@ -6,7 +6,7 @@ limit on equal trajectories. Every number that the paper does not give is a sett
 """
 
 from dataclasses import dataclass
-from typing import Annotated, cast
+from typing import Annotated, NamedTuple, cast
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -19,6 +19,7 @@ from tramnet_workers.evolution.selection import (
     surplus_slots,
 )
 from tramnet_workers.evolution.streams import Purpose
+from tramnet_workers.kernels import kernel
 from tramnet_workers.kernels.grid import Key, LevelGrid, Levels, Walk, random_trajectories
 from tramnet_workers.kernels.grid_operators import (
     Circle,
@@ -77,6 +78,27 @@ LITERAL = WangZalzalaSettings()
 POPULATION_SIZE = 100
 GENERATIONS = 300
 
+_INITIAL = Purpose.INITIAL.value
+_SELECTION = Purpose.SELECTION.value
+_CROSSOVER = Purpose.CROSSOVER.value
+_DESTRUCTION = Purpose.DESTRUCTION.value
+_POSITION = Purpose.POSITION.value
+_REPLACEMENT = Purpose.REPLACEMENT.value
+
+
+class Caps(NamedTuple):
+    """How often equal trajectories may occur.
+
+    Attributes:
+        parents: Among the parents: Samemax.
+        attempts: How often a parent is drawn again when that is met.
+        children: In the new population: Criteria.
+    """
+
+    parents: int
+    attempts: int
+    children: int
+
 
 @dataclass(frozen=True, eq=False)
 class WangZalzala:
@@ -100,41 +122,25 @@ class WangZalzala:
         """Return the first population: random trajectories."""
         genomes = np.zeros((self.population_size, *self.grid.lower.shape), np.int16)
         slots = np.arange(self.population_size)
-        random_trajectories(
-            self.grid, self._walk, self._key(0), Purpose.INITIAL.value, slots, genomes
-        )
+        random_trajectories(self.grid, self._walk, self._key(0), _INITIAL, slots, genomes)
         return genomes
 
     def breed(
         self, genomes: NDArray[np.generic], objectives: NDArray[np.float64], generation: int
     ) -> Levels:
         """Return the next population."""
-        key, grid, settings = self._key(generation), self.grid, self.settings
-        parents = np.ascontiguousarray(genomes, dtype=np.int16)
-        children = parents[self._choose(parents, objectives, key)]
-        circle = Circle(settings.xor, settings.circle_radius, settings.crossing_attempts)
-        cross_circles(grid, circle, key, Purpose.CROSSOVER.value, children)
-        destroy_trajectories(
-            grid, self._walk, settings.destroy, key, Purpose.DESTRUCTION.value, children
-        )
-        shift = Shift(settings.pmutr, settings.shifted_nodes, settings.variation)
-        shift_positions(grid, shift, key, Purpose.POSITION.value, children)
-        elites = np.argsort(objectives, kind="stable")[: settings.elites]
-        children[: len(elites)] = parents[elites]
-        surplus = surplus_slots(first_equals(_flat(children)), settings.criteria)
-        random_trajectories(grid, self._walk, key, Purpose.REPLACEMENT.value, surplus, children)
-        return children
-
-    def _choose(
-        self, parents: Levels, objectives: NDArray[np.float64], key: Key
-    ) -> NDArray[np.int64]:
-        return spin_roulette(
+        settings = self.settings
+        return _breed(
+            self.grid,
+            self._walk,
+            Circle(settings.xor, settings.circle_radius, settings.crossing_attempts),
+            Shift(settings.pmutr, settings.shifted_nodes, settings.variation),
+            Caps(settings.samemax, settings.selection_attempts, settings.criteria),
+            settings.destroy,
+            np.argsort(objectives, kind="stable")[: settings.elites],
+            self._key(generation),
+            np.ascontiguousarray(genomes, dtype=np.int16),
             scaled_fitness(objectives, HOPELESS),
-            first_equals(_flat(parents)),
-            self.settings.samemax,
-            self.settings.selection_attempts,
-            key,
-            Purpose.SELECTION.value,
         )
 
     @property
@@ -145,5 +151,28 @@ class WangZalzala:
         return Key(cast(int, np.uint64(self.seed)), self.population, generation)
 
 
-def _flat(genomes: Levels) -> Levels:
-    return genomes.reshape(len(genomes), -1)
+@kernel
+def _breed(
+    grid: LevelGrid,
+    walk: Walk,
+    circle: Circle,
+    shift: Shift,
+    caps: Caps,
+    destroy: float,
+    elites: NDArray[np.int64],
+    key: Key,
+    parents: Levels,
+    fitness: NDArray[np.float64],
+) -> Levels:
+    """Apply the operators, one after the other, to the whole population."""
+    n = parents.shape[0]
+    firsts = first_equals(parents.reshape(n, -1))
+    chosen = spin_roulette(fitness, firsts, caps.parents, caps.attempts, key, _SELECTION)
+    children = parents[chosen]
+    cross_circles(grid, circle, key, _CROSSOVER, children)
+    destroy_trajectories(grid, walk, destroy, key, _DESTRUCTION, children)
+    shift_positions(grid, shift, key, _POSITION, children)
+    children[: len(elites)] = parents[elites]
+    surplus = surplus_slots(first_equals(children.reshape(n, -1)), caps.children)
+    random_trajectories(grid, walk, key, _REPLACEMENT, surplus, children)
+    return children
