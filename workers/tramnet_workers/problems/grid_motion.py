@@ -155,7 +155,7 @@ class GridMotion:
 
     def _evaluate(self, levels: NDArray[np.generic]) -> Array:
         objectives = np.empty(len(levels))
-        switching.evaluate(self._decoder, levels.astype(np.int16, copy=False), objectives)
+        switching.evaluate(self.decoder, levels.astype(np.int16, copy=False), objectives)
         return objectives
 
     def decode(self, genome: NDArray[np.generic]) -> Decoded | None:
@@ -163,7 +163,7 @@ class GridMotion:
         task, n = self.task, self.task.segments
         x, torques = np.empty(n), np.empty((n, task.n_joints))
         levels = np.ascontiguousarray(genome, dtype=np.int16)
-        switch = switching.decode(self._decoder, levels[None], x, torques)
+        switch = switching.decode(self.decoder, levels[None], x, torques)
         if np.isnan(switch):
             return None
         start, goal, line, step = self._placement
@@ -200,7 +200,8 @@ class GridMotion:
         return np.stack([task.start, task.goal, line, step])
 
     @cached_property
-    def _decoder(self) -> Decoder:
+    def decoder(self) -> Decoder:
+        """What kernels need to decode chromosomes."""
         task, settings, weights = self.task, self.settings, self.task.weights
         limits = np.stack(
             [task.torque_limits, task.velocity_limits, task.position_lower, task.position_upper]
