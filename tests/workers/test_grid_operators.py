@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from tramnet_workers.errors import InvalidParameters
 from tramnet_workers.evolution.selection import first_equals
 from tramnet_workers.evolution.wang_zalzala import WangZalzala, WangZalzalaSettings
 from tramnet_workers.kernels.grid import (
@@ -224,6 +225,11 @@ def test_seeds_use_all_their_bits() -> None:
     populations = {random_population(grid, seed).tobytes() for seed in (1, 2**63 + 1, 2**64 - 1)}
 
     assert len(populations) == 3
+
+
+def test_a_population_without_room_for_its_elites_is_refused() -> None:
+    with pytest.raises(InvalidParameters, match="3 elites"):
+        WangZalzala(1, 2, level_grid(16), WangZalzalaSettings(elites=3))
 
 
 def best_motion(seed: int, generations: int) -> tuple[float, float]:

@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
+from tramnet_workers.errors import InvalidParameters
 from tramnet_workers.evolution.selection import (
     first_equals,
     scaled_fitness,
@@ -110,6 +111,9 @@ class WangZalzala:
         grid: Which levels they may take.
         settings: How they are bred.
         population: Index of the population, for its random streams.
+
+    Raises:
+        InvalidParameters: The population is too small.
     """
 
     seed: int
@@ -117,6 +121,14 @@ class WangZalzala:
     grid: LevelGrid
     settings: WangZalzalaSettings = LITERAL
     population: int = 0
+
+    def __post_init__(self) -> None:
+        if self.population_size < max(1, self.settings.elites):
+            raise InvalidParameters(
+                "wang-zalzala",
+                f"found a population of {self.population_size}, expected at least one trajectory "
+                f"and at least the {self.settings.elites} elites",
+            )
 
     def initial(self) -> Levels:
         """Return the first population: random trajectories."""
