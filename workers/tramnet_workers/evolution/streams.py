@@ -19,3 +19,6 @@ class Purpose(IntEnum):
     MATING = 7  # slot: couple
     MUTATION = 8  # slot: child
     BIT_MUTATION = 9  # slot: 0
+    FIRST_STEPS = 10  # slot: individual
+    COUPLES = 11  # slot: couple
+    MUTATED_STEPS = 12  # slot: child
