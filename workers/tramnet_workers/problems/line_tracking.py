@@ -1,0 +1,157 @@
+"""Following paths: the problem that the workers solve, run by run of points."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tramnet_workers.errors import InvalidParameters, InvalidTask
+from tramnet_workers.kernels.scenes import Scene
+from tramnet_workers.problems.tracking_task import TrackingTask
+from tramnet_workers.tracking_evolution import Evolution
+from tramnet_workers.tracking_methods import TrackingMethod, build_method
+
+Array = NDArray[np.float64]
+
+_NAME = "line-tracking"
+
+
+class Run(NamedTuple):
+    """A run of consecutive points, followed.
+
+    Attributes:
+        path: Joint angles at the points, of shape (n_points, n_joints) [rad].
+        cost: Costs of the steps to them, of shape (n_points,).
+    """
+
+    path: Array
+    cost: Array
+
+
+def track(
+    task: TrackingTask,
+    method: TrackingMethod,
+    first: int,
+    last: int,
+    posture: Array,
+    subpopulation: int = 0,
+) -> Run:
+    """Follow points ``first`` to ``last - 1`` of a path; point 0 is the start.
+
+    The run depends on nothing but the arguments, so a path may be cut into runs anywhere.
+
+    Args:
+        task: The task.
+        method: How to follow, seed included.
+        first: Number of the first point, from 1.
+        last: Number after the last one, at most ``task.n_steps + 1``.
+        posture: Joint angles at the point before ``first``, of shape (n_joints,) [rad].
+        subpopulation: Number of the sub-population, from 0.
+
+    Raises:
+        InvalidTask: There are no such points, or the posture is none.
+    """
+    if not 1 <= first <= last <= task.n_steps + 1:
+        raise InvalidTask(
+            "points", f"{first} to {last}", f"points from 1 to {task.n_steps + 1}, in order"
+        )
+    q = np.array(posture, dtype=np.float64)
+    if q.shape != task.start.shape or not np.isfinite(q).all():
+        raise InvalidTask("posture", f"{q}", f"{task.n_joints} finite angles")
+    run = Run(np.empty((last - first, task.n_joints)), np.empty(last - first))
+    scene = task.scene(method.clearance_weight)
+    method.follow(scene, first, q, subpopulation, run.path, run.cost)
+    return run
+
+
+@dataclass(frozen=True, eq=False)
+class LineTracking:
+    """Paths to follow with one method, each by one or several sub-populations.
+
+    Attributes:
+        tasks: The scenes: paths that have nothing to do with each other.
+        method: How to follow, with the population of all sub-populations together.
+        subpopulations: Into how many sub-populations each scene's population is split.
+    """
+
+    tasks: tuple[TrackingTask, ...]
+    method: TrackingMethod
+    subpopulations: int = 1
+
+    def __post_init__(self) -> None:
+        if not self.tasks:
+            raise InvalidParameters(_NAME, "no task, but at least one is needed")
+        if self.subpopulations < 1:
+            raise InvalidParameters(_NAME, f"{self.subpopulations} sub-populations, not 1 or more")
+        if self.subpopulations > 1 and not isinstance(self.method, Evolution):
+            reason = f"{self.method.name} has no population to split into {self.subpopulations}"
+            raise InvalidParameters(_NAME, reason)
+        _ = self._shares
+
+    @property
+    def name(self) -> str:
+        """Name under which the registry builds it."""
+        return _NAME
+
+    def track(self, population: int, first: int, last: int, posture: Array) -> Run:
+        """Follow a run of points of a scene with one of its sub-populations.
+
+        Args:
+            population: Number of the scene times the number of sub-populations, plus the number of
+                the sub-population.
+            first: Number of the first point, from 1.
+            last: Number after the last one.
+            posture: Joint angles at the point before ``first``, of shape (n_joints,) [rad].
+
+        Raises:
+            InvalidTask: There is no such scene, no such point, or the posture is none.
+        """
+        scene, subpopulation = divmod(population, self.subpopulations)
+        if not 0 <= scene < len(self.tasks):
+            raise InvalidTask("scene", f"{scene}", f"0 to {len(self.tasks) - 1}")
+        method = self._shares[subpopulation]
+        return track(self.tasks[scene], method, first, last, posture, subpopulation)
+
+    def evaluations_per_step(self) -> int:
+        """Return how many candidates are compared for a point of one scene."""
+        scene: Scene = self.tasks[0].scene(self.method.clearance_weight)
+        return sum(method.evaluations_per_step(scene) for method in self._shares)
+
+    def parameters(self) -> dict[str, object]:
+        """Return the problem as plain values, for the wire."""
+        return {
+            "tasks": [task.parameters() for task in self.tasks],
+            "method": self.method.parameters(),
+            "subpopulations": self.subpopulations,
+        }
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, object]) -> Self:
+        """Rebuild a problem from what ``parameters`` returned.
+
+        Raises:
+            InvalidParameters: If a key is missing or unknown, or a setting is wrong.
+            InvalidTask: If a task is wrong.
+        """
+        expected = {"tasks", "method", "subpopulations"}
+        if set(parameters) != expected:
+            raise InvalidParameters(_NAME, f"keys {sorted(parameters)}, not {sorted(expected)}")
+        tasks, method, count = (parameters[key] for key in ("tasks", "method", "subpopulations"))
+        if not isinstance(tasks, Sequence) or not isinstance(method, Mapping):
+            raise InvalidParameters(_NAME, "tasks are no list, or the method no map")
+        if isinstance(count, bool) or not isinstance(count, int):
+            raise InvalidParameters(_NAME, f"subpopulations is {count!r}, no whole number")
+        return cls(
+            tuple(TrackingTask.from_parameters(task) for task in tasks),
+            build_method(method),
+            count,
+        )
+
+    @cached_property
+    def _shares(self) -> tuple[TrackingMethod, ...]:
+        if not isinstance(self.method, Evolution):
+            return (self.method,)
+        return tuple(self.method.share(i, self.subpopulations) for i in range(self.subpopulations))
