@@ -19,7 +19,7 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
-from tramnet_master.engines.engine import Engine
+from tramnet_master.engines.engine import Engine, PopulationEngine
 from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
@@ -32,7 +32,7 @@ from tramnet_master.progress import Outline, Progress
 from tramnet_master.results import BestFound, Result, versions
 from tramnet_master.run_folder import HISTORY, OpenRunFolder
 from tramnet_protocol.keys import Keys, check_network
-from tramnet_protocol.messages import ControlReply, ControlRequest
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -184,7 +184,7 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up)
+        hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
         self._farm = Farm(channel, Keys(network), house, options.topology, Scheduler(rules), hands)
 
     def __enter__(self) -> "Root":
@@ -247,13 +247,18 @@ class Root:
         next_checkpoint = self._began + self._options.checkpoint_seconds
         next_announcement = self._began
         while not engine.finished:
+            if isinstance(engine, PopulationEngine):
+                engine.spread(max(1, len(farm.membership.live)))
             for work in engine.ask():
                 farm.submit(work)
             finished = farm.next_outcome()
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
-            rows = engine.tell(*finished)
+            if finished.snapshot is not None:
+                assert isinstance(engine, PopulationEngine), "nobody else asks for snapshots"
+                engine.keep(finished.snapshot)
+            rows = engine.tell(finished.work, finished.outcome)
             if not rows:
                 continue
             now = time.monotonic()
@@ -346,6 +351,11 @@ class Root:
         self._tell(f"gave up {what}")
         if self._options.on_failure == "stop":
             raise RunFailed(f"{what} (--on-failure stop)")
+
+    def _restate(self, work: Evolve) -> Evolve:
+        engine = self._experiment.engine
+        assert isinstance(engine, PopulationEngine), "nobody else has work on populations"
+        return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:
         self._folder.log("ended", {"pid": ended.pid, "status": ended.status})

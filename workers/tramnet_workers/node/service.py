@@ -38,6 +38,7 @@ from tramnet_protocol.messages import (
     JoinReply,
     JoinRequest,
     Outcome,
+    PopulationSnapshot,
     Refusal,
     Stats,
     Stop,
@@ -169,6 +170,8 @@ class Service:
         began = time.perf_counter()
         try:
             answer: Outcome | Failed = evaluator.compute(work)
+            if (snapshot := evaluator.snapshot(work)) is not None:
+                self._send(snapshot)  # ahead of the answer it belongs to
         except Exception as error:  # a user's problem may raise anything
             _log.exception("work %s failed", work.work)
             answer = Failed(work.work, _words(error), time.perf_counter() - began)
@@ -202,7 +205,7 @@ class Service:
                     rejoin = True
         return rejoin
 
-    def _send(self, answer: Outcome | Failed) -> None:
+    def _send(self, answer: Outcome | Failed | PopulationSnapshot) -> None:
         began = time.perf_counter()
         with self._sending:
             if self._channel is None or self._exchange is None:

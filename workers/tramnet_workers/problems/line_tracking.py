@@ -3,13 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_workers.errors import InvalidParameters, InvalidTask
 from tramnet_workers.kernels.scenes import Scene
+from tramnet_workers.problems.problem import Run
 from tramnet_workers.problems.tracking_task import TrackingTask
 from tramnet_workers.tracking_evolution import Evolution
 from tramnet_workers.tracking_methods import TrackingMethod, build_method
@@ -17,18 +18,6 @@ from tramnet_workers.tracking_methods import TrackingMethod, build_method
 Array = NDArray[np.float64]
 
 _NAME = "line-tracking"
-
-
-class Run(NamedTuple):
-    """A run of consecutive points, followed.
-
-    Attributes:
-        path: Joint angles at the points, of shape (n_points, n_joints) [rad].
-        cost: Costs of the steps to them, of shape (n_points,).
-    """
-
-    path: Array
-    cost: Array
 
 
 def track(
@@ -114,6 +103,10 @@ class LineTracking:
             raise InvalidTask("scene", f"{scene}", f"0 to {len(self.tasks) - 1}")
         method = self._shares[subpopulation]
         return track(self.tasks[scene], method, first, last, posture, subpopulation)
+
+    def warm_up(self) -> None:
+        """Follow the first point of the first scene, so that the compiled kernels are loaded."""
+        self.track(0, 1, 2, self.tasks[0].start)
 
     def evaluations_per_step(self) -> int:
         """Return how many candidates are compared for a point of one scene."""
