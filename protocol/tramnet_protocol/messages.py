@@ -218,6 +218,7 @@ class LinkCounters(Struct, frozen=True, forbid_unknown_fields=True):
         bytes: Number of payload bytes since the start.
         dropped: Frames dropped for any reason.
         gaps: Sequence numbers missed.
+        queued: Frames that wait at the end that counts: to be sent, or arrived and not yet taken.
     """
 
     source: Seat
@@ -226,6 +227,25 @@ class LinkCounters(Struct, frozen=True, forbid_unknown_fields=True):
     bytes: Word
     dropped: Word = 0
     gaps: Word = 0
+    queued: Word = 0
+
+
+class TagCounters(Struct, frozen=True, forbid_unknown_fields=True):
+    """Messages of one kind that a TRAM made or took, each counted once at either end, however many hops it made.
+
+    Attributes:
+        tag: Name of the message.
+        sent: Messages made here and sent.
+        sent_bytes: Their payload bytes.
+        received: Messages addressed to this TRAM that arrived.
+        received_bytes: Their payload bytes.
+    """
+
+    tag: Name
+    sent: Word
+    sent_bytes: Word
+    received: Word
+    received_bytes: Word
 
 
 class Stats(Struct, frozen=True, forbid_unknown_fields=True):
@@ -245,6 +265,7 @@ class Stats(Struct, frozen=True, forbid_unknown_fields=True):
         links: Counters of its links.
         pid: Process id.
         host: Host name.
+        tags: Counters of its messages by tag, in alphabetical order; what routers pass on is not among them.
     """
 
     seat: Seat
@@ -260,6 +281,7 @@ class Stats(Struct, frozen=True, forbid_unknown_fields=True):
     links: tuple[LinkCounters, ...]
     pid: Count
     host: Name
+    tags: tuple[TagCounters, ...] = ()
 
 
 class Event(Struct, frozen=True, forbid_unknown_fields=True):

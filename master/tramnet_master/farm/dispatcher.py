@@ -188,6 +188,7 @@ class Farm:
         self._started = time.monotonic()
         self._next_heartbeat = self._started
         self._next_tick = self._started
+        self._blocked_seconds = 0.0
         self._evaluations = 0
         self._chunks = 0
         self._interrupted = False
@@ -490,7 +491,9 @@ class Farm:
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
+        began = time.perf_counter()
         self._channel.publish(key, payload, Lane.LINK)
+        self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:
         identity = self._exchange.identity
@@ -511,14 +514,15 @@ class Farm:
             state="waiting" if not self.membership.live else "running",
             uptime=now - self._started,
             busy=max(0.0, now - self._started - self.waited_seconds),
-            blocked=0.0,
+            blocked=self._blocked_seconds,
             evaluations=self._evaluations,
             chunks=self._chunks,
             queued=0,
             malformed=self._exchange.malformed,
-            links=tuple(self._exchange.counters()),
+            links=tuple(self._exchange.counters(self.inbox.waiting)),
             pid=os.getpid(),
             host=socket.gethostname(),
+            tags=tuple(self._exchange.tags()),
         )
 
     def _find(self, work: WorkId) -> Collection | None:
