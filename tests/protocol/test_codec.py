@@ -164,7 +164,7 @@ EXAMPLES = [
     Event("generation", 1.5, {"number": 7, "objective": 0.431}),
     WIRING,
     JoinRequest(2, "0.1.0", "ab" * 32, "a", 4242, "run"),
-    JoinReply(77, 1, 4, 9, WIRING, SETUP),
+    JoinReply(77, 1, 4, 9, SETUP, WIRING),
     Refusal("found version 2, expected 1", True),
     ControlRequest("scale", 6),
     ControlReply("6 workers", {"workers": 6}),

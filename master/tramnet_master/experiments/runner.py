@@ -21,7 +21,7 @@ from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
 from tramnet_master.engines.engine import Engine, PopulationEngine
 from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
@@ -317,7 +317,9 @@ class Root:
             network_overhead_fraction=max(0.0, farm.waited_seconds - share) / here,
         )
         farm.announce("finished", {"best": engine.best.objective})
-        result = experiment.conclude(self._folder, common, timing)
+        busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
+        load = Load(farm.chunks, busy)
+        result = experiment.conclude(self._folder, common, timing, load)
         self._folder.write_result(result)
         return result
 

@@ -153,6 +153,7 @@ class Farm:
         condemned: Work given up, in the order of giving up, with the reason.
         compute_seconds: Compute time of all accepted answers [s].
         waited_seconds: Time the engine's work took from its submission to its outcome [s].
+        chunks: Number of answers accepted.
         busy_seconds: Compute time of the accepted answers of each worker that gave any [s].
     """
 
@@ -190,7 +191,7 @@ class Farm:
         self._next_tick = self._started
         self._blocked_seconds = 0.0
         self._evaluations = 0
-        self._chunks = 0
+        self.chunks = 0
         self._interrupted = False
 
     def open(self) -> None:
@@ -396,7 +397,7 @@ class Farm:
                 share = part.size / outcome.work.size
                 self.busy_seconds[tram] = self.busy_seconds.get(tram, 0.0) + share * outcome.seconds
                 self._evaluations += part.size
-                self._chunks += 1
+                self.chunks += 1
             case events.Resolved(work):
                 self._resolve(work)
             case events.Condemn(work, reason):
@@ -420,9 +421,7 @@ class Farm:
         if not collections:
             del self._open[_place(work)]
         self.compute_seconds += collection.seconds
-        self._resolved.append(
-            Finished(collection.work, collection.outcome(), collection.snapshot)
-        )
+        self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
 
     def _open_and_submit(self, work: Work, holder: Tram | None) -> None:
         collection = open_collection(work)
@@ -516,7 +515,7 @@ class Farm:
             busy=max(0.0, now - self._started - self.waited_seconds),
             blocked=self._blocked_seconds,
             evaluations=self._evaluations,
-            chunks=self._chunks,
+            chunks=self.chunks,
             queued=0,
             malformed=self._exchange.malformed,
             links=tuple(self._exchange.counters(self.inbox.waiting)),

@@ -22,7 +22,6 @@ from tramnet_workers.evolution.population import Advance, Floats, PopulationStat
 from tramnet_workers.mpga_settings import GeneticSettings
 from tramnet_workers.problems.registry import build
 
-
 _NOTHING = np.empty((0, 0))
 
 
