@@ -41,6 +41,9 @@ from tramnet_workers.node.supervisor import Ended, Supervisor
 ANNOUNCE_PERIOD = 0.1
 """Shortest time between two announcements of a generation [s]."""
 
+PATIENCE = 3600.0
+"""How long local workers look for their root [s]; they end with it however it ends, so this need not be short."""
+
 START_UP = 60.0
 """Longest wait for the first local worker before the clock of the run starts [s]."""
 
@@ -208,8 +211,9 @@ class Root:
             saved = checkpoint.state["engine"]
             assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
             experiment.engine.restore(saved)
-        self._farm.open()
         self._start_workers()
+        Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
+        self._farm.open()
         outline = Outline(
             experiment.title,
             experiment.generations,
@@ -226,10 +230,8 @@ class Root:
             return self._conclude()
 
     def _start_workers(self) -> None:
-        """Compile before launching, so that several workers do not compile the same at once."""
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
-        arguments += ["--supervisor", self._name]
-        Evaluator(self._experiment.setup)
+        arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
