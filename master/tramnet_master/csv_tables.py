@@ -1,9 +1,11 @@
-"""Tables of numbers as CSV files: one line of column names, then one line a row, floats in full.
+"""Tables as CSV files: one line of column names, then one line a row, floats in full.
 
 Every float is written with the fewest digits that read back as the same float.
 """
 
-from collections.abc import Mapping
+import csv
+import io
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +31,26 @@ def write_table(path: Path, columns: Mapping[str, Column]) -> None:
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     lines += [",".join(map(repr, row)) for row in rows]
     write_atomically(path, ("\n".join(lines) + "\n").encode())
+
+
+def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write rows of words and numbers under the names of their columns, whole or not at all.
+
+    Args:
+        path: The file.
+        names: Names of the columns.
+        rows: The rows, each with a value for every name.
+
+    Raises:
+        CannotWrite: The disk refuses.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    for row in rows:
+        assert len(row) == len(names)
+        writer.writerow(row)
+    write_atomically(path, text.getvalue().encode())
 
 
 def read_table(path: Path) -> dict[str, NDArray[np.float64]]:
