@@ -34,7 +34,6 @@
 Everything but the points may be left out; without ``rpy_rad`` only positions matter.
 """
 
-from dataclasses import replace
 from math import cos, sin
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias, TypeVar
