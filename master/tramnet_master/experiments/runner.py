@@ -29,7 +29,7 @@ from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
-from tramnet_master.results import BestFound, Result, versions
+from tramnet_master.results import BestFound, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, OpenRunFolder
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
@@ -329,8 +329,17 @@ class Root:
         busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
         load = Load(farm.chunks, busy)
         result = experiment.conclude(self._folder, common, timing, load)
+        result = msgspec.structs.replace(result, messages=self._messages())
         self._folder.write_result(result)
         return result
+
+    def _messages(self) -> dict[str, Messages]:
+        counted = self._farm.messages
+        return {
+            c.tag: Messages(c.sent, c.sent_bytes, c.received, c.received_bytes)
+            for c in counted
+            if c.sent or c.received
+        }
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began

@@ -46,6 +46,7 @@ from tramnet_protocol.messages import (
     PopulationSnapshot,
     Stats,
     Stop,
+    TagCounters,
     Tracked,
     Work,
     WorkId,
@@ -193,6 +194,11 @@ class Farm:
         self._evaluations = 0
         self.chunks = 0
         self._interrupted = False
+
+    @property
+    def messages(self) -> tuple[TagCounters, ...]:
+        """Counters of what the root sent and received on links, by tag."""
+        return tuple(self._exchange.tags())
 
     def open(self) -> None:
         """Begin to listen and show presence."""
@@ -521,7 +527,7 @@ class Farm:
             links=tuple(self._exchange.counters(self.inbox.waiting)),
             pid=os.getpid(),
             host=socket.gethostname(),
-            tags=tuple(self._exchange.tags()),
+            tags=self.messages,
         )
 
     def _find(self, work: WorkId) -> Collection | None:
