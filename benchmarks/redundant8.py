@@ -18,16 +18,16 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from tramnet_master.experiments.paper_times import NAIVE, PAPER_TIMES
+from tramnet_master.tracking_times import METHODS, NAIVE_METHODS, SHARED, follow, quality
 from tramnet_workers.kernels import kernel
 from tramnet_workers.kernels.lanes import LANES, new_rows
 from tramnet_workers.kernels.scenes import Scene
 from tramnet_workers.kernels.tracking import evaluate_block_in_full, new_stage, set_stage
-from tramnet_workers.problems.line_tracking import track
-from tramnet_workers.problems.tracking_report import Summary, report_points, summarise
 from tramnet_workers.problems.tracking_task import TrackingTask
 from tramnet_workers.robots.pinocchio_bridge import build_model
 from tramnet_workers.tracking_evolution import Eamp, Memetic
-from tramnet_workers.tracking_methods import Perturbation, ResolvedRate, TrackingMethod
+from tramnet_workers.tracking_methods import TrackingMethod
 
 Array = NDArray[np.float64]
 
@@ -39,24 +39,6 @@ SEEDS = range(1, 9)
 
 MOST_EVALUATIONS = 1.4
 LEAST_SHARING = 40.0
-
-PAPER_MS = {
-    "EAMP 500/10": "48 GPU, 78 CPU",
-    "EAMP 1000/10": "106 GPU, 152 CPU",
-    "perturbation 5^8, naive": "19083",
-}
-METHODS: dict[str, TrackingMethod] = {
-    "EAMP 500/10": Eamp(seed=1),
-    "EAMP 1000/10": Eamp(population=1000, seed=1),
-    "memetic 50/5": Memetic(seed=1),
-    "resolved-rate": ResolvedRate(),
-    "perturbation 5^8, shared": Perturbation(5),
-    "perturbation 4^8, shared": Perturbation(4),
-}
-NAIVE = {
-    "perturbation 5^8, naive": Perturbation(5, "naive"),
-    "perturbation 4^8, naive": Perturbation(4, "naive"),
-}
 
 
 class Bar(NamedTuple):
@@ -89,17 +71,18 @@ def measure(task: TrackingTask) -> tuple[float, float, dict[str, float]]:
     scene = task.scene(0.1)
     candidates = np.random.default_rng(8).uniform(-1.0, 1.0, (8, CANDIDATES)) * task.step[0]
     costs, by_loop = np.empty(CANDIDATES), python_loop(task, candidates.T[:LOOPED])
-    halfway = track(task, METHODS["memetic 50/5"], 1, 501, task.start).path[-1]
+    halfway = follow(task, METHODS["memetic 50/5"], 1, 501, task.start)[-1]
     calls: dict[str, Callable[[], object]] = {
         "evaluation": lambda: evaluate_all(scene, 501, halfway, candidates, costs),
         "loop": lambda: [by_loop(halfway, dq, 501) for dq in candidates.T[:LOOPED]],
     }
     for name, method in METHODS.items():
         calls[name] = follower(task, method, 501, 501 + RUN, halfway)
-    for name, method in NAIVE.items():
+    for name, method in NAIVE_METHODS.items():
         calls[name] = follower(task, method, 501, 502, halfway)
     times = medians(calls)
-    steps = {name: times[name] / RUN for name in METHODS} | {name: times[name] for name in NAIVE}
+    steps = {name: times[name] / RUN for name in METHODS}
+    steps |= {name: times[name] for name in NAIVE_METHODS}
     return times["evaluation"] / CANDIDATES, times["loop"] / LOOPED, steps
 
 
@@ -107,7 +90,7 @@ def follower(
     task: TrackingTask, method: TrackingMethod, first: int, last: int, posture: Array
 ) -> Callable[[], object]:
     """Return a call that follows some points."""
-    return lambda: track(task, method, first, last, posture)
+    return lambda: follow(task, method, first, last, posture)
 
 
 def medians(calls: dict[str, Callable[[], object]]) -> dict[str, float]:
@@ -189,18 +172,18 @@ def print_steps(
     task: TrackingTask, evaluation: float, loop: float, steps: dict[str, float]
 ) -> None:
     """Print what a step costs by each method."""
-    naive, scene = steps["perturbation 5^8, naive"], task.scene(0.1)
+    naive, scene = steps[NAIVE], task.scene(0.1)
     print(f"\n{'step by':<26}{'ms':>9}{'evaluations':>13}{'cost of each':>14}", end="")
     print(f"{'naive / it':>12}{'loop / it':>11}   paper [ms]")
-    for name, method in {**METHODS, **NAIVE}.items():
+    for name, method in {**METHODS, **NAIVE_METHODS}.items():
         count, seconds = method.evaluations_per_step(scene), steps[name]
         print(f"{name:<26}{1e3 * seconds:9.4f}{count:13d}", end="")
         print(f"{seconds / count / evaluation:14.2f}{naive / seconds:12.1f}", end="")
-        print(f"{count * loop / seconds:11.0f}   {PAPER_MS.get(name, '-')}")
+        print(f"{count * loop / seconds:11.0f}   {_printed(name)}")
     for name in ("EAMP 500/10", "EAMP 1000/10"):
         ratio = steps[name] / METHODS[name].evaluations_per_step(scene) / evaluation
         _judge(f"{name}: {ratio:.2f} evaluations each", ratio <= MOST_EVALUATIONS)
-    ratio = naive / steps["perturbation 5^8, shared"]
+    ratio = naive / steps[SHARED]
     _judge(f"shared-prefix search: {ratio:.0f} times the naive one", ratio >= LEAST_SHARING)
 
 
@@ -210,7 +193,9 @@ def print_paths(task: TrackingTask) -> None:
     print(f"{'outside':>9}{'roughness [deg]':>17}")
     for name, method in METHODS.items():
         evolves = isinstance(method, Eamp | Memetic)
-        paths = [_follow(task, _seeded(method, seed)) for seed in (SEEDS if evolves else [0])]
+        methods = [_seeded(method, seed) for seed in (SEEDS if evolves else [0])]
+        ends = 1, task.n_steps + 1
+        paths = [quality(task, follow(task, each, *ends, task.start)) for each in methods]
         mean = max(path.error_mean for path in paths)
         most = max(path.error_max for path in paths)
         clearance = min(path.clearance_min_settled for path in paths)
@@ -223,10 +208,13 @@ def print_paths(task: TrackingTask) -> None:
             _judge(f"{name}: {len(paths)} seeds", good and outside == 0)
 
 
-def _follow(task: TrackingTask, method: TrackingMethod) -> Summary:
-    run = track(task, method, 1, task.n_steps + 1, task.start)
-    path = np.vstack([task.start, run.path])
-    return summarise(task, path, report_points(task, path))
+def _printed(name: str) -> str:
+    """Return the paper's time of a method, in words."""
+    time = PAPER_TIMES.get(name)
+    if time is None:
+        return "-"
+    gpu = "" if time.gpu is None else f", GPU {time.gpu.milliseconds:g}"
+    return f"CPU {time.cpu.milliseconds:g}{gpu}"
 
 
 def _seeded(method: TrackingMethod, seed: int) -> TrackingMethod:
