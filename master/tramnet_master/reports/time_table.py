@@ -65,9 +65,9 @@ def reading(ours: Sequence[MethodTime]) -> str:
         )
     text = (
         f"{ABOUT_398} Here that takes {_ms(naive)} ms, {naive.seconds / eamp.seconds:.0f} times as long as EAMP "
-        f"500/10. With shared prefixes the same search finds the same steps in {_ms(shared)} ms, "
-        f"{naive.seconds / shared.seconds:.0f} times as fast and {shared.seconds / eamp.seconds:.1f} times the "
-        f"{_ms(eamp)} ms of the EAMP."
+        f"500/10. With shared prefixes the same search finds the same steps {naive.seconds / shared.seconds:.0f} "
+        f"times as fast, in {_ms(shared)} ms: {shared.seconds / eamp.seconds:.1f} times the {_ms(eamp)} ms of the "
+        "EAMP."
     )
     if eamp.quality is None or shared.quality is None:
         return text
