@@ -27,6 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(runs.app, name="run")
+app.add_typer(tables.app, name="table")
 app.command()(runs.resume)
 app.command()(network.worker)
 app.command()(network.scale)
@@ -34,7 +35,6 @@ app.command()(network.stop)
 app.command()(traffic.inspect)
 app.command()(traffic.echo)
 app.command()(results.report)
-app.command()(tables.table)
 app.command()(results.problems)
 
 

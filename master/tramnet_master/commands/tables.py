@@ -1,4 +1,4 @@
-"""The command that runs a paper's cases and prints its table beside ours."""
+"""Commands that measure what a paper's table has, and print it beside ours."""
 
 import datetime
 from pathlib import Path
@@ -16,12 +16,13 @@ from tramnet_master.options import Overwrite, Workers
 from tramnet_master.reports.paper_table import CaseOutcome, paper_table
 from tramnet_master.results import MotionResult
 
+app = typer.Typer(no_args_is_help=True, help="Print a paper's table beside ours.")
+
 VARIANTS: dict[int, dict[str, dict[str, object]]] = {
     7: {"literal": {"switch": "literal"}, "continuous": {"switch": "continuous"}}
 }
 """Cases that are run more than once, with the settings that set the runs apart."""
 
-ExperimentName = Annotated[str, typer.Argument(metavar="EXPERIMENT", help="puma560.")]
 Seeds = Annotated[int, typer.Option(min=1, max=1000, help="Seeds 1, 2, ... for each case.")]
 Cases = Annotated[str, typer.Option(help="Cases to run, such as 1,3 or 1-6.")]
 Robot = Annotated[str, typer.Option(help="akb or p560.")]
@@ -30,8 +31,8 @@ Out = Annotated[
 ]
 
 
-def table(
-    experiment: ExperimentName = NAME,
+@app.command()
+def puma560(
     seeds: Seeds = 1,
     cases: Cases = "1-7",
     robot: Robot = "akb",
@@ -39,9 +40,7 @@ def table(
     out: Out = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Run the paper's cases and print its table beside ours."""
-    if experiment != NAME:
-        raise InvalidOption("EXPERIMENT", repr(experiment), NAME)
+    """Motion times of Wang & Zalzala (1995), table 2: runs each case on local workers."""
     now = datetime.datetime.now().astimezone()
     folder = out or RUNS / f"table-{NAME}-{now:%Y-%m-%d-%H%M%S}"
     outcomes = []
@@ -58,6 +57,22 @@ def table(
                 results.append(result)
             outcomes.append(_outcome(number, variant, results))
     people.print(paper_table(outcomes))
+
+
+@app.command()
+def redundant8() -> None:
+    """Times of a step of Lin, Chen & Yu (2017), table 4: follows its line by each method, in this process."""
+    from tramnet_master.reports.time_table import (  # noqa: PLC0415  slow to import
+        quality_table,
+        reading,
+        time_table,
+    )
+    from tramnet_master.tracking_times import measure_methods  # noqa: PLC0415
+    from tramnet_workers.problems.tracking_task import TrackingTask  # noqa: PLC0415
+
+    found = measure_methods(TrackingTask.of_paper(), lambda name: people.print(f"measuring {name}"))
+    for part in (time_table(found), quality_table(found), reading(found)):
+        people.print(part)
 
 
 def _outcome(number: int, variant: str, results: list[MotionResult]) -> CaseOutcome:
