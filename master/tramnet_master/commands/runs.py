@@ -10,9 +10,8 @@ import typer
 from tramnet_master.commands.launch import Presentation, go_on
 from tramnet_master.commands.making_runs import Settings, makes_a_run, read_settings
 from tramnet_master.errors import InvalidFile
-from tramnet_master.experiments import own_problem
 from tramnet_master.experiments.experiment import Experiment
-from tramnet_master.experiments.runner import read_options
+from tramnet_master.experiments.run_options import read_options
 from tramnet_master.options import Generations, Pictures, Population, Progress, Seed, Task
 from tramnet_master.run_folder import RUN, RunFolder
 
@@ -171,6 +170,8 @@ def problem(
     generations: Generations = None,
 ) -> Experiment:
     """Minimise any installed problem over a box of real numbers."""
+    from tramnet_master.experiments import own_problem  # noqa: PLC0415  loads its kernels
+
     options = own_problem.OwnProblemOptions(
         problem=name,
         parameters=read_settings(settings),
