@@ -6,12 +6,12 @@ so that it can be written to a checkpoint and restored bit for bit.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_protocol.messages import Outcome, Work
+from tramnet_protocol.messages import Evolve, Outcome, PopulationSnapshot, Work
 
 State: TypeAlias = dict[str, "int | float | str | NDArray[np.generic]"]
 
@@ -98,3 +98,25 @@ class Engine(Protocol):
         Args:
             state: A state of an engine with the same parameters.
         """
+
+
+@runtime_checkable
+class PopulationEngine(Engine, Protocol):
+    """A method whose populations live with the workers, which tell only what connects them."""
+
+    def restate(self, work: Evolve) -> Evolve:
+        """Return work with the state that a worker needs who does not hold the populations.
+
+        Args:
+            work: A piece of work that ``ask`` returned.
+        """
+
+    def keep(self, snapshot: PopulationSnapshot) -> None:
+        """Keep a snapshot to restore populations from.
+
+        Args:
+            snapshot: What came with the outcome that is told next.
+        """
+
+    def spread(self, workers: int) -> None:
+        """Divide the populations among a number of workers, from the next generation on."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 from tramnet_master.engines.engine import Engine
 from tramnet_master.results import BestFound, Result
@@ -44,7 +44,19 @@ class Timing(TypedDict):
     network_overhead_fraction: float
 
 
-Conclude = Callable[[OpenRunFolder, Common, Timing], Result]
+class Load(NamedTuple):
+    """What the workers did in a run.
+
+    Attributes:
+        exchanges: Pieces of work sent and answered.
+        busy_seconds: Compute time of each worker that gave an answer, in the order of seats [s].
+    """
+
+    exchanges: int
+    busy_seconds: tuple[float, ...]
+
+
+Conclude = Callable[[OpenRunFolder, Common, Timing, Load], Result]
 
 
 @dataclass(frozen=True)

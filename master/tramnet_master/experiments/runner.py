@@ -19,9 +19,9 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
-from tramnet_master.engines.engine import Engine
+from tramnet_master.engines.engine import Engine, PopulationEngine
 from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
@@ -35,7 +35,7 @@ from tramnet_master.topologies import find_shape
 from tramnet_protocol.edge_list import edge_list_shape
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
-from tramnet_protocol.messages import ControlReply, ControlRequest
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
 from tramnet_protocol.topology import Shape
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
@@ -205,7 +205,7 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up)
+        hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
         self._farm = Farm(channel, Keys(network), house, self._shape, Scheduler(rules), hands)
 
     def __enter__(self) -> "Root":
@@ -268,13 +268,18 @@ class Root:
         next_checkpoint = self._began + self._options.checkpoint_seconds
         next_announcement = self._began
         while not engine.finished:
+            if isinstance(engine, PopulationEngine):
+                engine.spread(max(1, len(farm.membership.live)))
             for work in engine.ask():
                 farm.submit(work)
             finished = farm.next_outcome()
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
-            rows = engine.tell(*finished)
+            if finished.snapshot is not None:
+                assert isinstance(engine, PopulationEngine), "nobody else asks for snapshots"
+                engine.keep(finished.snapshot)
+            rows = engine.tell(finished.work, finished.outcome)
             if not rows:
                 continue
             now = time.monotonic()
@@ -333,7 +338,9 @@ class Root:
             network_overhead_fraction=max(0.0, farm.waited_seconds - share) / here,
         )
         farm.announce("finished", {"best": engine.best.objective})
-        result = experiment.conclude(self._folder, common, timing)
+        busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
+        load = Load(farm.chunks, busy)
+        result = experiment.conclude(self._folder, common, timing, load)
         self._folder.write_result(result)
         return result
 
@@ -367,6 +374,11 @@ class Root:
         self._tell(f"gave up {what}")
         if self._options.on_failure == "stop":
             raise RunFailed(f"{what} (--on-failure stop)")
+
+    def _restate(self, work: Evolve) -> Evolve:
+        engine = self._experiment.engine
+        assert isinstance(engine, PopulationEngine), "nobody else has work on populations"
+        return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:
         self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
