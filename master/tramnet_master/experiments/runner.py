@@ -65,7 +65,6 @@ class RunOptions:
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
-        links: What the file of links said when the run began; it is not read again.
     """
 
     workers: int = 2
@@ -76,7 +75,6 @@ class RunOptions:
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
-    links: tuple[tuple[int, int], ...] = ()
 
     def shape(self) -> Shape:
         """Return the shape of the network.
@@ -85,8 +83,6 @@ class RunOptions:
             BadTopology: There is none of that name, or the links cannot be laid.
             InvalidFile: The file of links cannot be used.
         """
-        if self.links:
-            return edge_list_shape(Path(self.topology).name, self.links)
         return find_shape(self.topology)
 
     def rules(self) -> Rules:
@@ -98,6 +94,23 @@ class RunOptions:
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
         return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+
+
+@dataclass(frozen=True)
+class OldOptions(RunOptions):
+    """How a run that is gone on with was made.
+
+    Attributes:
+        links: What its file of links said when it began; that is not read again.
+    """
+
+    links: tuple[tuple[int, int], ...] = ()
+
+    def shape(self) -> Shape:
+        """Return the shape of the network."""
+        if self.links:
+            return edge_list_shape(Path(self.topology).name, self.links)
+        return super().shape()
 
 
 def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
@@ -116,7 +129,7 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
         raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
     known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
     try:
-        options = msgspec.convert(known, RunOptions, strict=True)
+        options = msgspec.convert(known, OldOptions, strict=True)
     except msgspec.ValidationError as error:
         raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
     listen = options.listen
@@ -149,7 +162,6 @@ def run(
     """
     shape = options.shape()
     shape.check_room(1 + options.workers)
-    options = dataclasses.replace(options, links=shape.links)
     with ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
@@ -488,6 +500,7 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,
         },
