@@ -205,7 +205,7 @@ def test_what_is_passed_on_has_the_numbers_of_its_next_link():
     root.outgoing((1, 3), Stop("for the first"))
     root_frame = root.outgoing((3, 6), Stop("for the last"))
 
-    key, payload = first.forward(root_frame[0], first.incoming(*root_frame))
+    _, payload = first.forward(root_frame[0], first.incoming(*root_frame))
 
     assert decode(root_frame[1]).header.sequence == 1
     assert decode(payload).header.sequence == 0

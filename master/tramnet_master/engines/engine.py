@@ -5,8 +5,9 @@ outcome in whatever order they come, and is finished when it says so. Its state 
 so that it can be written to a checkpoint and restored bit for bit.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,10 +101,10 @@ class Engine(Protocol):
         """
 
 
-@runtime_checkable
-class PopulationEngine(Engine, Protocol):
-    """A method whose populations live with the workers, which tell only what connects them."""
+class HoldsPopulations(ABC):
+    """What an engine offers beside if its populations live with the workers, which tell only what connects them."""
 
+    @abstractmethod
     def restate(self, work: Evolve) -> Evolve:
         """Return work with the state that a worker needs who does not hold the populations.
 
@@ -111,6 +112,7 @@ class PopulationEngine(Engine, Protocol):
             work: A piece of work that ``ask`` returned.
         """
 
+    @abstractmethod
     def keep(self, snapshot: PopulationSnapshot) -> None:
         """Keep a snapshot to restore populations from.
 
@@ -118,5 +120,6 @@ class PopulationEngine(Engine, Protocol):
             snapshot: What came with the outcome that is told next.
         """
 
+    @abstractmethod
     def spread(self, workers: int) -> None:
         """Divide the populations among a number of workers, from the next generation on."""

@@ -75,6 +75,7 @@ class Experiment:
         document: What ``run.toml`` keeps so that the same experiment can be prepared again.
         paper: The paper's figure for the objective, None where it has none.
         conclude: Writes the files of the experiment's own and returns the result.
+        parallelism: How many workers can compute at once at most, or None where there is no such limit.
     """
 
     name: str
@@ -88,6 +89,7 @@ class Experiment:
     document: Mapping[str, object]
     paper: float | None
     conclude: Conclude
+    parallelism: int | None = None
 
     @property
     def title(self) -> str:

@@ -5,7 +5,6 @@ would use today. Several scenes are followed at once.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -131,7 +130,7 @@ def prepare(options: Redundant8Options) -> Experiment:
             compute_seconds=engine.step_seconds,
             busy_seconds=load.busy_seconds,
         )
-        silent = max(0.0, common["wall_seconds"] - max(load.busy_seconds, default=0.0))
+        silent = timing["network_overhead_fraction"] * common["wall_seconds"]
         cost = NetworkCost(
             1e3 * silent / points, load.exchanges, list(load.busy_seconds), advice(shared)
         )
@@ -149,6 +148,7 @@ def prepare(options: Redundant8Options) -> Experiment:
         document=msgspec.to_builtins(options),
         paper=None,
         conclude=conclude,
+        parallelism=options.subpopulations * len(scenes),
     )
 
 
@@ -182,16 +182,14 @@ def _method(choice: Choice) -> TrackingMethod:
         raise InvalidOption("--settings", repr(choice.settings_name), " or ".join(SETTINGS))
     method = build_method({"name": choice.method, **choice.settings})
     sizes = {"population": choice.population, "generations": choice.generations}
-    wanted = {name: value for name, value in sizes.items() if value is not None}
+    wanted: dict[str, object] = {name: n for name, n in sizes.items() if n is not None}
     if not isinstance(method, Evolution):
-        if wanted:
-            option = next(iter(wanted))
-            raise InvalidOption(f"--{option}", str(wanted[option]), f"none: {method.name} has none")
+        for name, size in wanted.items():
+            raise InvalidOption(f"--{name}", str(size), f"none: {method.name} has none")
         return method
-    if choice.settings_name == "recommended" and isinstance(method, Eamp):
-        own = {**Eamp.recommended().parameters(), **choice.settings}
-        method = build_method(own)
-        assert isinstance(method, Evolution)
     if "seed" in choice.settings:
         raise InvalidParameters(method.name, "seed is set by --seed")
-    return replace(method, seed=choice.seed, **wanted)
+    recommended = choice.settings_name == "recommended" and isinstance(method, Eamp)
+    stock = Eamp.recommended() if recommended else type(method)()
+    own = {**choice.settings, **wanted, "seed": choice.seed}
+    return build_method({**stock.parameters(), **own})

@@ -19,7 +19,7 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
-from tramnet_master.engines.engine import Engine, PopulationEngine
+from tramnet_master.engines.engine import Engine, HoldsPopulations
 from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
@@ -207,7 +207,7 @@ class Root:
         self._name = f"{socket.gethostname()}-{os.getpid()}"
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
-        self._began = 0.0
+        self._began = self._over = 0.0
         self._shape = options.shape()
         rules = options.rules()
         house = House(
@@ -279,24 +279,22 @@ class Root:
         self._began = time.monotonic()
         next_checkpoint = self._began + self._options.checkpoint_seconds
         next_announcement = self._began
+        self._submit_what_can_be_begun()
         while not engine.finished:
-            if isinstance(engine, PopulationEngine):
-                engine.spread(max(1, len(farm.membership.live)))
-            for work in engine.ask():
-                farm.submit(work)
             finished = farm.next_outcome()
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
             if finished.snapshot is not None:
-                assert isinstance(engine, PopulationEngine), "nobody else asks for snapshots"
+                assert isinstance(engine, HoldsPopulations), "nobody else asks for snapshots"
                 engine.keep(finished.snapshot)
             rows = engine.tell(finished.work, finished.outcome)
+            self._submit_what_can_be_begun()  # workers compute while rows are written
             if not rows:
                 continue
             now = time.monotonic()
-            for row in rows:
-                history.append(row, self._elapsed(now))
+            history.append(rows, self._elapsed(now))
+            row = rows[-1]
             self._progress.update(
                 row.generation, row.best_so_far, row.evaluations, len(farm.membership.live)
             )
@@ -306,6 +304,14 @@ class Root:
             if now >= next_checkpoint and not engine.finished:
                 self._save(history, engine)
                 next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
+        self._over = time.monotonic()
+
+    def _submit_what_can_be_begun(self) -> None:
+        engine = self._experiment.engine
+        if isinstance(engine, HoldsPopulations):
+            engine.spread(max(1, len(self._farm.membership.live)))
+        for work in engine.ask():
+            self._farm.submit(work)
 
     def _save(self, history: History, engine: Engine) -> None:
         if engine.generation == 0:
@@ -323,7 +329,7 @@ class Root:
     def _conclude(self) -> Result:
         experiment, farm = self._experiment, self._farm
         engine = experiment.engine
-        wall = self._elapsed(time.monotonic())
+        wall = self._elapsed(self._over)
         common = Common(
             experiment=experiment.name,
             method=experiment.method,
@@ -343,8 +349,9 @@ class Root:
             paper=experiment.paper,
             versions=versions(),
         )
-        here = max(time.monotonic() - self._began, 1e-9)
-        share = farm.compute_seconds / max(1, len(farm.membership.live))
+        here = max(self._over - self._began, 1e-9)
+        live = max(1, len(farm.membership.live))
+        share = farm.compute_seconds / min(live, experiment.parallelism or live)
         timing = Timing(
             evaluations_per_second=engine.evaluations / max(wall, 1e-9),
             network_overhead_fraction=max(0.0, farm.waited_seconds - share) / here,
@@ -389,7 +396,7 @@ class Root:
 
     def _restate(self, work: Evolve) -> Evolve:
         engine = self._experiment.engine
-        assert isinstance(engine, PopulationEngine), "nobody else has work on populations"
+        assert isinstance(engine, HoldsPopulations), "nobody else has work on populations"
         return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:

@@ -29,29 +29,31 @@ class Shared(NamedTuple):
 
 def advice(run: Shared) -> str:
     """Return what the workers were good for, in words."""
-    workers = len(run.busy_seconds)
+    workers, split = len(run.busy_seconds), run.what == "sub-populations"
     took, alone = (1e3 * s / max(run.steps, 1) for s in (run.wall_seconds, run.compute_seconds))
-    if workers <= 1:
-        return f"One worker computed {alone:.3g} ms of each step of {took:.3g} ms."
-    if run.parts == 1:
+    if run.parts == 1 and workers > 1:
         return (
             f"Each point starts from the posture at the one before, so one of {workers} workers computes at a time "
             "and the others are idle: one worker is the faster choice (--workers 1). More of them pay with several "
             "--scenes."
         )
+    if workers <= 1 and not split:
+        return f"One worker computed {alone:.3g} ms of each step of {took:.3g} ms."
+    way = "--workers 1 --subpopulations 1" if split else "--workers 1"
     verdict = (
-        f"one worker would need {alone:.3g} ms and is the faster choice (--workers 1)"
+        f"alone and without exchanges, one would need about {alone:.3g} ms and is the faster choice ({way})"
         if alone <= took
-        else f"one worker would need {alone:.3g} ms, {alone / took:.2f} times as long"
+        else f"one would need {alone:.3g} ms, {alone / took:.2f} times as long"
     )
-    return f"{workers} workers took {took:.3g} ms a step; {verdict}. {_idle(run)}"
+    who = "One worker" if workers <= 1 else f"{workers} workers"
+    return f"{who} took {took:.3g} ms a step; {verdict}. {_idle(run)}".rstrip()
 
 
 def _idle(run: Shared) -> str:
-    most = max(run.busy_seconds)
+    most = max(run.busy_seconds, default=0.0)
     short = [i + 1 for i, busy in enumerate(run.busy_seconds) if busy < SHORT_OF * most]
     if not short:
-        return "All of them computed for as long."
+        return "All of them computed for as long." if len(run.busy_seconds) > 1 else ""
     who = f"Worker{'s' if len(short) > 1 else ''} {', '.join(map(str, short))}"
     workers = len(run.busy_seconds)
     if run.parts < workers:
