@@ -9,6 +9,9 @@ import msgspec
 
 from tramnet_master.errors import InvalidFile, InvalidOption
 from tramnet_master.farm.rules import Rules
+from tramnet_master.topologies import find_shape
+from tramnet_protocol.edge_list import edge_list_shape
+from tramnet_protocol.topology import Shape
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,7 @@ class RunOptions:
 
     Attributes:
         workers: Number of local workers.
-        topology: Shape of the network.
+        topology: Shape of the network, or a file of links.
         network: Name of the network, or None for any free one.
         listen: Endpoint at which workers connect.
         first_deadline: Time an individual may take before its cost is known [s].
@@ -35,6 +38,15 @@ class RunOptions:
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
 
+    def shape(self) -> Shape:
+        """Return the shape of the network.
+
+        Raises:
+            BadTopology: There is none of that name, or the links cannot be laid.
+            InvalidFile: The file of links cannot be used.
+        """
+        return find_shape(self.topology)
+
     def rules(self) -> Rules:
         """Return the scheduler's rules.
 
@@ -44,6 +56,23 @@ class RunOptions:
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
         return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+
+
+@dataclass(frozen=True)
+class OldOptions(RunOptions):
+    """How a run that is gone on with was made.
+
+    Attributes:
+        links: What its file of links said when it began; that is not read again.
+    """
+
+    links: tuple[tuple[int, int], ...] = ()
+
+    def shape(self) -> Shape:
+        """Return the shape of the network."""
+        if self.links:
+            return edge_list_shape(Path(self.topology).name, self.links)
+        return super().shape()
 
 
 def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
@@ -62,7 +91,7 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
         raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
     known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
     try:
-        options = msgspec.convert(known, RunOptions, strict=True)
+        options = msgspec.convert(known, OldOptions, strict=True)
     except msgspec.ValidationError as error:
         raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
     listen = options.listen

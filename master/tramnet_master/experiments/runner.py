@@ -31,6 +31,7 @@ from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
 from tramnet_master.results import BestFound, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, OpenRunFolder
+from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
 from tramnet_protocol.transport import ZenohChannel, open_root
@@ -71,6 +72,8 @@ def run(
     Raises:
         Interrupted: Somebody asked it to stop.
     """
+    shape = options.shape()
+    shape.check_room(1 + options.workers)
     with ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
@@ -117,6 +120,7 @@ class Root:
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
         self._began = self._over = 0.0
+        self._shape = options.shape()
         rules = options.rules()
         house = House(
             secrets.randbits(62),
@@ -126,7 +130,7 @@ class Root:
             options.allow_mixed,
         )
         hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
-        self._farm = Farm(channel, Keys(network), house, options.topology, Scheduler(rules), hands)
+        self._farm = Farm(channel, Keys(network), house, self._shape, Scheduler(rules), hands)
 
     def __enter__(self) -> "Root":
         return self
@@ -248,7 +252,7 @@ class Root:
             best=BestFound(engine.best.objective, engine.best.generation),
             wall_seconds=wall,
             workers=len(farm.membership.live),
-            topology=self._options.topology,
+            topology=self._shape.name,
             lost_workers=self._lost,
             condemned=self._condemned,
             reproducible=not self._mixed,
@@ -328,6 +332,7 @@ class Root:
         supervisor = self._supervisor
         match request.action:
             case "scale" if request.workers is not None and supervisor is not None:
+                self._check_room(request.workers)
                 supervisor.scale(request.workers)
                 text = f"{self._network} keeps {request.workers} local workers from now on"
             case "stop":
@@ -342,6 +347,12 @@ class Root:
                 )
         self._tell(text)
         return ControlReply(text, self._status())
+
+    def _check_room(self, workers: int) -> None:
+        try:
+            self._shape.check_room(1 + workers)
+        except BadTopology as error:
+            raise ValueError(str(error)) from error
 
     def _status(self) -> dict[str, object]:
         engine = self._experiment.engine
@@ -416,6 +427,7 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,
         },
