@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-from tramnet_master.commands import network, results, runs, tables, traffic
+from tramnet_master.commands import network, results, runs, tables
+from tramnet_master.commands.echo import echo
+from tramnet_master.commands.inspect import inspect
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
 from tramnet_protocol.errors import BadEndpoint, BadKey, BadTopology, ProtocolError
@@ -31,8 +33,8 @@ app.command()(runs.resume)
 app.command()(network.worker)
 app.command()(network.scale)
 app.command()(network.stop)
-app.command()(traffic.inspect)
-app.command()(traffic.echo)
+app.command()(inspect)
+app.command()(echo)
 app.command()(results.report)
 app.command()(tables.table)
 app.command()(results.problems)

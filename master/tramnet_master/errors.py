@@ -16,6 +16,7 @@
   x NetworkTaken: a live root holds that network name
   x NoNetwork: nothing to connect to
   x AmbiguousNetwork: several networks are alive and none was named
+  x NothingHeard: less was said in time than somebody waited for
   x UnsafeFolder: the runtime folder is not private
 """
 
@@ -236,6 +237,24 @@ class AmbiguousNetwork(BadInput):
         super().__init__(
             f"found {len(live)} live networks ({', '.join(live)}), expected one "
             "(name it with --network)"
+        )
+
+
+class NothingHeard(MasterError):
+    """Less was said in time than somebody waited for.
+
+    Attributes:
+        key: Where they listened.
+        heard: Number of frames that came.
+        wanted: Number of frames waited for.
+        seconds: How long they waited [s].
+    """
+
+    def __init__(self, key: str, heard: int, wanted: int, seconds: float) -> None:
+        self.key, self.heard, self.wanted, self.seconds = key, heard, wanted, seconds
+        super().__init__(
+            f"{key}: found {heard} frames in {seconds:.1f} s, expected {wanted} "
+            "(is anything said there? `tramnet inspect` shows it; '**' echoes everything)"
         )
 
 

@@ -263,6 +263,7 @@ class Farm:
         now = time.monotonic()
         return {
             "network": self._keys.network,
+            "run": self._exchange.identity.run,
             "topology": self.membership.wiring.topology,
             "epoch": self.membership.wiring.epoch,
             "uptime": now - self._started,
@@ -420,9 +421,7 @@ class Farm:
         if not collections:
             del self._open[_place(work)]
         self.compute_seconds += collection.seconds
-        self._resolved.append(
-            Finished(collection.work, collection.outcome(), collection.snapshot)
-        )
+        self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
 
     def _open_and_submit(self, work: Work, holder: Tram | None) -> None:
         collection = open_collection(work)
