@@ -10,6 +10,7 @@ import typer
 from tramnet_master.commands import network, results, runs, tables
 from tramnet_master.commands.echo import echo
 from tramnet_master.commands.inspect import inspect
+from tramnet_master.commands.record import record
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
 from tramnet_protocol.errors import BadEndpoint, BadKey, BadTopology, ProtocolError
@@ -35,6 +36,7 @@ app.command()(network.scale)
 app.command()(network.stop)
 app.command()(inspect)
 app.command()(echo)
+app.command()(record)
 app.command()(results.report)
 app.command()(tables.table)
 app.command()(results.problems)

@@ -5,6 +5,7 @@
     + InvalidFile: a task or run file, with the field that is wrong
     + InvalidOption: an option of the command line
     + OccupiedFolder: the output folder holds a run already
+    + OccupiedFile: the output file is there already
     + NotARunFolder: the folder named is not a run's
   x CannotWrite: the disk is full, read-only or not ours
   x FolderInUse: another process writes to this run folder
@@ -90,6 +91,20 @@ class OccupiedFolder(BadInput):
         super().__init__(
             f"{folder}: found {what}, expected a folder without one "
             f"({way}name another folder with --out, or replace it with --overwrite)"
+        )
+
+
+class OccupiedFile(BadInput):
+    """The output file is there already.
+
+    Attributes:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        super().__init__(
+            f"{path}: found a file, expected none (name another, or replace it with --overwrite)"
         )
 
 

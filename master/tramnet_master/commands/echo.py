@@ -69,6 +69,8 @@ def echo(
         run = read_status(observation.first_status()).run
         echoes = Echo(wanted, run, shortened(elements))
         shown = _Printer(observation, intake, echoes).print_until(count, timeout)
+    if observation.ended:
+        people.print(f"network {observation.live.network} has ended")
     missed = echoes.missed + intake.dropped
     if missed:
         people.print(f"{missed} frames passed unseen: an observer never holds the network up")
