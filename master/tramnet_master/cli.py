@@ -30,6 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(runs.app, name="run")
+app.add_typer(tables.app, name="table")
 app.command()(runs.resume)
 app.command()(network.worker)
 app.command()(network.scale)
@@ -38,7 +39,6 @@ app.command()(inspect)
 app.command()(echo)
 app.command()(record)
 app.command()(results.report)
-app.command()(tables.table)
 app.command()(results.problems)
 
 

@@ -29,6 +29,22 @@ class BestFound(Struct, frozen=True):
     generation: int
 
 
+class Messages(Struct, frozen=True):
+    """Messages of one kind that the root sent and received.
+
+    Attributes:
+        sent: How many it sent.
+        sent_bytes: Their size [B].
+        received: How many it received.
+        received_bytes: Their size [B].
+    """
+
+    sent: int
+    sent_bytes: int
+    received: int
+    received_bytes: int
+
+
 class Result(Struct, frozen=True, kw_only=True):
     """What every run writes.
 
@@ -50,6 +66,7 @@ class Result(Struct, frozen=True, kw_only=True):
         final_population_sha256: Hash of the last population, genomes and objectives.
         paper: The paper's figure for the same quantity, None where it has none.
         versions: Versions of what computed it.
+        messages: What the root sent and received since it started, by the tag of ``protocol/README.md``.
     """
 
     experiment: str
@@ -69,6 +86,7 @@ class Result(Struct, frozen=True, kw_only=True):
     final_population_sha256: str
     paper: float | None
     versions: dict[str, str]
+    messages: dict[str, Messages] = {}
 
 
 class Check(Struct, frozen=True):

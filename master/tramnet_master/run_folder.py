@@ -4,10 +4,17 @@ run.toml          everything needed to repeat the run, on disk before its first 
 history.csv       a row a generation (``history``)
 log.jsonl         what happened, an object a line; locked by the process that writes the folder
 checkpoint-*      the last two states (``checkpoints``)
-trajectory.csv    the plan, in steps of 0.5 ms or finer (``trajectories``)
+trajectory.csv    the plan, in steps of 0.5 ms or finer (``trajectories``), or the path that was followed, point by
+                  point (``tracked_paths``); trajectory-<name>.csv where there are several scenes
 nodes.csv         the plan's nodes
 straight_line.csv the straight line, timed optimally, to compare the plan with
 servo-*.csv       the plan replayed through a servo
+design.json       the arm that was designed, with its poses
+arm.urdf          the arm for simulators and planners
+arm_dh.csv        the arm as a Denavit-Hartenberg table
+populations.csv   how each population evolved
+motion.csv        joint motion along the path
+violations.csv    which constraint fails where
 result.json       what was found; its presence says that the run is finished (``results``)
 *.png, *.svg      the figures (``reports``), made from the files above alone
 """
@@ -40,8 +47,17 @@ NODES = "nodes.csv"
 STRAIGHT_LINE = "straight_line.csv"
 RESULT = "result.json"
 SERVO = "servo-{period}ms.csv"
+DESIGN = "design.json"
+ARM_URDF = "arm.urdf"
+ARM_TABLE = "arm_dh.csv"
+POPULATIONS = "populations.csv"
+MOTION = "motion.csv"
+VIOLATIONS = "violations.csv"
+_SCENE_TRAJECTORY = "trajectory-{name}.csv"
 
-_OURS = (RUN, HISTORY, TRAJECTORY, NODES, STRAIGHT_LINE, RESULT, "servo-*.csv")
+_OF_MOTIONS = (TRAJECTORY, _SCENE_TRAJECTORY.format(name="*"), NODES, STRAIGHT_LINE, "servo-*.csv")
+_OF_DESIGNS = (DESIGN, ARM_URDF, ARM_TABLE, POPULATIONS, MOTION, VIOLATIONS)
+_OURS = (RUN, HISTORY, RESULT, *_OF_MOTIONS, *_OF_DESIGNS)
 _OUR_FIGURES = (
     "objective",
     "position",
@@ -50,6 +66,20 @@ _OUR_FIGURES = (
     "acceleration",
     "comparison",
     "servo",
+    "joint_angles",
+    "joint_angles-*",
+    "tracking",
+    "tracking-*",
+    "postures",
+    "postures-*",
+    "scenes",
+    "fitness",
+    "total_length",
+    "task_poses",
+    "planned_poses",
+    "configurations",
+    "null_motion",
+    "constraints",
 )
 _HEAD = b"# A run of tramnet: everything needed to repeat it.\n\n"
 
@@ -187,6 +217,11 @@ class OpenRunFolder(RunFolder):
 
     def _log_warning(self, text: str) -> None:
         self.log("warning", {"text": text})
+
+
+def trajectory_file(scene: str) -> str:
+    """Name of the file with what a scene's arm did; ``scene`` is empty for the only one of a run."""
+    return _SCENE_TRAJECTORY.format(name=scene) if scene else TRAJECTORY
 
 
 def default_folder(parent: Path, experiment: str, today: datetime.date) -> Path:

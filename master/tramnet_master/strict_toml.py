@@ -1,8 +1,8 @@
 """Strict reading of a user's TOML file into a typed struct; the first mistake becomes one ``InvalidFile``.
 
-What a file may say is a frozen ``msgspec.Struct``, tables as structs in it. A field's ``Meta`` description says in
-words what is expected, and stands in the message. Nothing is guessed: a key nobody knows, a key twice under two
-spellings, text for a number or a NaN is an error that names the field.
+What a file may say is a frozen ``msgspec.Struct``, tables as structs in it and arrays of tables as their lists.
+A field's ``Meta`` description says in words what is expected, and stands in the message. Nothing is guessed: a key
+nobody knows, a key twice under two spellings, text for a number or a NaN is an error that names the field.
 """
 
 import math
@@ -10,7 +10,7 @@ import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple, TypeVar, cast, get_args
+from typing import NamedTuple, TypeVar, cast, get_args, get_origin
 
 import msgspec
 from msgspec import Meta, Struct
@@ -32,6 +32,7 @@ _WORDS = {
     "object": "a table",
     "str": "a text in quotes",
 }
+_INDEX = re.compile(r"\[\d+\]")
 _AT = re.compile(r" - at `\$\.?(?P<field>.*)`$")
 
 
@@ -116,9 +117,9 @@ def _table_type(kind: object) -> type[Struct] | None:
 
 
 def _parts(kind: object) -> Iterator[object]:
-    """A type and what it is made of."""
+    """A type and what it is made of, descriptions before what they describe."""
     yield kind
-    for part in get_args(kind):
+    for part in reversed(get_args(kind)):
         yield from _parts(part)
 
 
@@ -135,8 +136,9 @@ def _refuse_unknown(
     document: Table, keys: Mapping[str, Key], aliases: Mapping[str, str], path: Path
 ) -> None:
     for field in _fields_of(document, keys):
-        if field not in keys:
-            table, _, name = field.rpartition(".")
+        plain = _without_indices(field)
+        if plain not in keys:
+            table, _, name = plain.rpartition(".")
             known = {key.rpartition(".")[2]: key for key in keys}
             here = [key.rpartition(".")[2] for key in keys if key.rpartition(".")[0] == table]
             meant = closest(name, here) or closest(name, [*known, *aliases])
@@ -146,18 +148,45 @@ def _refuse_unknown(
 
 def _fields_of(document: Table, keys: Mapping[str, Key], table: str = "") -> Iterator[str]:
     for name, value in document.items():
-        yield f"{table}{name}"
-        key = keys.get(f"{table}{name}")
-        if isinstance(value, dict) and key is not None and _table_type(key.kind):
-            yield from _fields_of(value, keys, f"{table}{name}.")
+        field = f"{table}{name}"
+        yield field
+        key = keys.get(_without_indices(field))
+        if key is not None and _table_type(key.kind):
+            for inner, place in _tables_in(value, field):
+                yield from _fields_of(inner, keys, f"{place}.")
+
+
+def _tables_in(value: object, field: str) -> Iterator[tuple[Table, str]]:
+    """The table, or the tables of the list, that stands at a field, with their places."""
+    if isinstance(value, dict):
+        yield value, field
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            if isinstance(inner, dict):
+                yield inner, f"{field}[{i}]"
+
+
+def _without_indices(field: str) -> str:
+    return _INDEX.sub("", field)
 
 
 def _refuse_missing(document: Table, keys: Mapping[str, Key], path: Path) -> None:
     for key in keys.values():
         table, _, name = key.field.rpartition(".")
-        inside = _at(document, table) if table else document
-        if key.required and isinstance(inside, dict) and name not in inside:
-            raise InvalidFile(path, key.field, "nothing", _expected(key) or "a value")
+        for inside, place in _tables_at(document, table):
+            if key.required and name not in inside:
+                field = f"{place}.{name}" if place else name
+                raise InvalidFile(path, field, "nothing", _described(key.kind) or "a value")
+
+
+def _tables_at(document: Table, table: str) -> Iterator[tuple[Table, str]]:
+    """All tables of a dotted name without indices, with their places; the document for none."""
+    if not table:
+        yield document, ""
+        return
+    outer, _, name = table.rpartition(".")
+    for inside, place in _tables_at(document, outer):
+        yield from _tables_in(inside.get(name), f"{place}.{name}" if place else name)
 
 
 def _refuse_unbounded(document: Table, unbounded: Collection[str], path: Path) -> None:
@@ -189,8 +218,17 @@ def _invalid(
     wanted = message[: at.start()] if at else message
     wanted = wanted.removeprefix("Expected ").partition(", got")[0]
     expected = re.sub(r"`([^`]*)`", lambda types: _translated(types[1]), wanted)
-    described = _expected(keys[field]) if field in keys else ""
+    described = _description(keys, field)
     return InvalidFile(path, field, spell(_at(document, field)), described or expected)
+
+
+def _description(keys: Mapping[str, Key], field: str) -> str:
+    """What a field's description says, or that of an element where the field is one; perhaps nothing."""
+    key = keys.get(_without_indices(field))
+    kind = None if key is None else key.kind
+    for _ in _INDEX.findall(field.rpartition(".")[2]):
+        kind = next((get_args(p)[0] for p in _parts(kind) if get_origin(p) is list), None)
+    return _described(kind)
 
 
 def _translated(types: str) -> str:
@@ -198,9 +236,9 @@ def _translated(types: str) -> str:
     return " or ".join(_WORDS.get(name, name) for name in names)
 
 
-def _expected(key: Key) -> str:
-    described = (part.description for part in _parts(key.kind) if isinstance(part, Meta))
-    return next((text for text in described if text), "")
+def _described(kind: object) -> str:
+    descriptions = (part.description for part in _parts(kind) if isinstance(part, Meta))
+    return next((text for text in descriptions if text), "")
 
 
 def _at(document: Table, field: str) -> object:

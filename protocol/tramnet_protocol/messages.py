@@ -342,16 +342,16 @@ class JoinReply(Struct, frozen=True, forbid_unknown_fields=True):
         seat: The TRAM the worker is now.
         incarnation: Incarnation of that seat.
         root_incarnation: Incarnation of the root.
+        setup: The problem; ahead of the wiring, for its bulk has to be among the first values.
         wiring: The wiring that includes it.
-        setup: The problem.
     """
 
     run: Word
     seat: Seat
     incarnation: Count
     root_incarnation: Count
-    wiring: Wiring
     setup: Setup
+    wiring: Wiring
 
 
 class Refusal(Struct, frozen=True, forbid_unknown_fields=True):

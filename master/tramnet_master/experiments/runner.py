@@ -8,7 +8,7 @@ import secrets
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,17 +19,17 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
-from tramnet_master.engines.engine import Engine, PopulationEngine
-from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.engines.engine import Engine, HoldsPopulations
+from tramnet_master.errors import Interrupted, NetworkTaken, RunFailed
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
+from tramnet_master.experiments.run_options import RunOptions
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
-from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
-from tramnet_master.results import BestFound, Result, versions
+from tramnet_master.results import BestFound, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, OpenRunFolder
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
@@ -41,73 +41,14 @@ from tramnet_workers.node.supervisor import Ended, Supervisor
 ANNOUNCE_PERIOD = 0.1
 """Shortest time between two announcements of a generation [s]."""
 
+PATIENCE = 3600.0
+"""How long local workers look for their root [s]; they end with it however it ends, so this need not be short."""
+
 START_UP = 60.0
 """Longest wait for the first local worker before the clock of the run starts [s]."""
 
 OTHERS = 3.0
 """Longest wait for the other local workers after the first [s]."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """How a run is made; none of it changes the result.
-
-    Attributes:
-        workers: Number of local workers.
-        topology: Shape of the network.
-        network: Name of the network, or None for any free one.
-        listen: Endpoint at which workers connect.
-        first_deadline: Time an individual may take before its cost is known [s].
-        on_failure: ``penalise``, ``retry`` or ``stop``.
-        allow_mixed: Whether workers of another arithmetic are let in.
-        checkpoint_seconds: Time between checkpoints [s].
-    """
-
-    workers: int = 2
-    topology: str = "star"
-    network: str | None = None
-    listen: str = "tcp/127.0.0.1:0"
-    first_deadline: float = 60.0
-    on_failure: str = "penalise"
-    allow_mixed: bool = False
-    checkpoint_seconds: float = 1.0
-
-    def rules(self) -> Rules:
-        """Return the scheduler's rules.
-
-        Raises:
-            InvalidOption: There is no such policy.
-        """
-        if self.on_failure not in ("penalise", "retry", "stop"):
-            raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
-        return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
-
-
-def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
-    """Return how the run of a ``run.toml`` was made, to go on with it where it can be found again.
-
-    Args:
-        path: The file, for messages.
-        document: What it says.
-        workers: Number of local workers instead of that in the file, or None.
-
-    Raises:
-        InvalidFile: The farm it describes cannot be built.
-    """
-    farm = document.get("farm")
-    if not isinstance(farm, dict):
-        raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
-    known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
-    try:
-        options = msgspec.convert(known, RunOptions, strict=True)
-    except msgspec.ValidationError as error:
-        raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
-    listen = options.listen
-    if listen.endswith(":0"):  # those who were connected look for the root where it was
-        listen = str(farm.get("endpoint", listen))
-    return dataclasses.replace(
-        options, listen=listen, workers=options.workers if workers is None else workers
-    )
 
 
 def run(
@@ -175,7 +116,7 @@ class Root:
         self._name = f"{socket.gethostname()}-{os.getpid()}"
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
-        self._began = 0.0
+        self._began = self._over = 0.0
         rules = options.rules()
         house = House(
             secrets.randbits(62),
@@ -208,8 +149,9 @@ class Root:
             saved = checkpoint.state["engine"]
             assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
             experiment.engine.restore(saved)
-        self._farm.open()
         self._start_workers()
+        Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
+        self._farm.open()
         outline = Outline(
             experiment.title,
             experiment.generations,
@@ -226,10 +168,8 @@ class Root:
             return self._conclude()
 
     def _start_workers(self) -> None:
-        """Compile before launching, so that several workers do not compile the same at once."""
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
-        arguments += ["--supervisor", self._name]
-        Evaluator(self._experiment.setup)
+        arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -246,24 +186,22 @@ class Root:
         self._began = time.monotonic()
         next_checkpoint = self._began + self._options.checkpoint_seconds
         next_announcement = self._began
+        self._submit_what_can_be_begun()
         while not engine.finished:
-            if isinstance(engine, PopulationEngine):
-                engine.spread(max(1, len(farm.membership.live)))
-            for work in engine.ask():
-                farm.submit(work)
             finished = farm.next_outcome()
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
             if finished.snapshot is not None:
-                assert isinstance(engine, PopulationEngine), "nobody else asks for snapshots"
+                assert isinstance(engine, HoldsPopulations), "nobody else asks for snapshots"
                 engine.keep(finished.snapshot)
             rows = engine.tell(finished.work, finished.outcome)
+            self._submit_what_can_be_begun()  # workers compute while rows are written
             if not rows:
                 continue
             now = time.monotonic()
-            for row in rows:
-                history.append(row, self._elapsed(now))
+            history.append(rows, self._elapsed(now))
+            row = rows[-1]
             self._progress.update(
                 row.generation, row.best_so_far, row.evaluations, len(farm.membership.live)
             )
@@ -273,6 +211,14 @@ class Root:
             if now >= next_checkpoint and not engine.finished:
                 self._save(history, engine)
                 next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
+        self._over = time.monotonic()
+
+    def _submit_what_can_be_begun(self) -> None:
+        engine = self._experiment.engine
+        if isinstance(engine, HoldsPopulations):
+            engine.spread(max(1, len(self._farm.membership.live)))
+        for work in engine.ask():
+            self._farm.submit(work)
 
     def _save(self, history: History, engine: Engine) -> None:
         if engine.generation == 0:
@@ -290,7 +236,7 @@ class Root:
     def _conclude(self) -> Result:
         experiment, farm = self._experiment, self._farm
         engine = experiment.engine
-        wall = self._elapsed(time.monotonic())
+        wall = self._elapsed(self._over)
         common = Common(
             experiment=experiment.name,
             method=experiment.method,
@@ -310,16 +256,28 @@ class Root:
             paper=experiment.paper,
             versions=versions(),
         )
-        here = max(time.monotonic() - self._began, 1e-9)
-        share = farm.compute_seconds / max(1, len(farm.membership.live))
+        here = max(self._over - self._began, 1e-9)
+        live = max(1, len(farm.membership.live))
+        share = farm.compute_seconds / min(live, experiment.parallelism or live)
         timing = Timing(
             evaluations_per_second=engine.evaluations / max(wall, 1e-9),
             network_overhead_fraction=max(0.0, farm.waited_seconds - share) / here,
         )
         farm.announce("finished", {"best": engine.best.objective})
-        result = experiment.conclude(self._folder, common, timing)
+        busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
+        load = Load(farm.chunks, busy)
+        result = experiment.conclude(self._folder, common, timing, load)
+        result = msgspec.structs.replace(result, messages=self._messages())
         self._folder.write_result(result)
         return result
+
+    def _messages(self) -> dict[str, Messages]:
+        counted = self._farm.messages
+        return {
+            c.tag: Messages(c.sent, c.sent_bytes, c.received, c.received_bytes)
+            for c in counted
+            if c.sent or c.received
+        }
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began
@@ -354,7 +312,7 @@ class Root:
 
     def _restate(self, work: Evolve) -> Evolve:
         engine = self._experiment.engine
-        assert isinstance(engine, PopulationEngine), "nobody else has work on populations"
+        assert isinstance(engine, HoldsPopulations), "nobody else has work on populations"
         return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:

@@ -46,6 +46,7 @@ from tramnet_protocol.messages import (
     PopulationSnapshot,
     Stats,
     Stop,
+    TagCounters,
     Tracked,
     Work,
     WorkId,
@@ -153,6 +154,7 @@ class Farm:
         condemned: Work given up, in the order of giving up, with the reason.
         compute_seconds: Compute time of all accepted answers [s].
         waited_seconds: Time the engine's work took from its submission to its outcome [s].
+        chunks: Number of answers accepted.
         busy_seconds: Compute time of the accepted answers of each worker that gave any [s].
     """
 
@@ -190,8 +192,13 @@ class Farm:
         self._next_tick = self._started
         self._blocked_seconds = 0.0
         self._evaluations = 0
-        self._chunks = 0
+        self.chunks = 0
         self._interrupted = False
+
+    @property
+    def messages(self) -> tuple[TagCounters, ...]:
+        """Counters of what the root sent and received on links, by tag."""
+        return tuple(self._exchange.tags())
 
     def open(self) -> None:
         """Begin to listen and show presence."""
@@ -397,7 +404,7 @@ class Farm:
                 share = part.size / outcome.work.size
                 self.busy_seconds[tram] = self.busy_seconds.get(tram, 0.0) + share * outcome.seconds
                 self._evaluations += part.size
-                self._chunks += 1
+                self.chunks += 1
             case events.Resolved(work):
                 self._resolve(work)
             case events.Condemn(work, reason):
@@ -515,13 +522,13 @@ class Farm:
             busy=max(0.0, now - self._started - self.waited_seconds),
             blocked=self._blocked_seconds,
             evaluations=self._evaluations,
-            chunks=self._chunks,
+            chunks=self.chunks,
             queued=0,
             malformed=self._exchange.malformed,
             links=tuple(self._exchange.counters(self.inbox.waiting)),
             pid=os.getpid(),
             host=socket.gethostname(),
-            tags=tuple(self._exchange.tags()),
+            tags=self.messages,
         )
 
     def _find(self, work: WorkId) -> Collection | None:
