@@ -283,6 +283,7 @@ class Farm:
         now = time.monotonic()
         return {
             "network": self._keys.network,
+            "run": self._exchange.identity.run,
             "topology": self.membership.wiring.topology,
             "epoch": self.membership.wiring.epoch,
             "uptime": now - self._started,
