@@ -1,8 +1,7 @@
 """One link with both its ways, and the messages that meet on it.
 
 A pure state machine: it is told when a message is offered and says when one has gone. Nothing here knows an event
-loop or a clock; whoever owns a link calls ``advance`` when the time that ``next_time`` gave has come, or before an
-offer.
+loop or a clock; whoever owns a link calls ``advance`` at ``next_time``, or before an offer.
 
 Each way is first come first served and never interrupted. A message is set up, then its bytes move, each taking
 ``byte_alone``, or ``byte_opposed`` while the other way's move too: a fluid model, exact for messages that begin
@@ -17,7 +16,8 @@ from tramnet_protocol.links import LinkTiming
 
 Item = TypeVar("Item")
 
-_NEVER = 2**63
+NEVER = 2**63
+"""Later than any time."""
 
 
 class Gone(NamedTuple, Generic[Item]):
@@ -45,7 +45,7 @@ class _Message(Generic[Item]):
 
     Attributes:
         moves: When its first byte moves [ns].
-        left: What is left of it [unit].
+        left: What was left of it when things changed last [unit].
     """
 
     __slots__ = ("began", "item", "left", "moves", "offered", "size")
@@ -64,12 +64,19 @@ class DuplexLink(Generic[Item]):
 
     Args:
         timing: What a message costs.
+
+    Attributes:
+        next_time: When ``advance`` is to be called next [ns], or ``NEVER``.
     """
 
     def __init__(self, timing: LinkTiming) -> None:
-        self._timing = timing
-        self._unit = timing.byte_alone * timing.byte_opposed  # [unit/B]
-        self._now = 0
+        self.next_time = NEVER
+        self._alone = timing.byte_opposed  # units a nanosecond of a way that moves alone
+        self._opposed = timing.byte_alone  # the same of one that does not
+        self._unit = self._alone * self._opposed  # units a byte
+        self._set_up = timing.set_up
+        self._since = 0  # when things changed last: between changes, all rates are constant
+        self._changes = 0  # the way that changes at next_time
         self._current: list[_Message[Item] | None] = [None, None]
         self._waiting: tuple[deque[_Message[Item]], deque[_Message[Item]]] = (deque(), deque())
 
@@ -82,86 +89,72 @@ class DuplexLink(Generic[Item]):
             size: Its length [B]; at least 1.
             now: Time [ns]; never earlier than in any call before.
         """
-        self._move(now)
+        assert self._since <= now < self.next_time, "time does not go back, nor past what has gone"
         message = _Message(item, size, now)
-        if self._current[way] is None:
-            self._begin(way, message)
-        else:
+        if self._current[way] is not None:
             self._waiting[way].append(message)
-
-    def next_time(self) -> int | None:
-        """Return a time before which no message will have gone [ns], or None while there is none."""
-        earliest = _NEVER
-        for way in (0, 1):
-            message = self._current[way]
-            if message is None:
-                continue
-            if message.moves > self._now:
-                time = message.moves + message.size * self._timing.byte_alone
-            else:
-                time = self._end_of(message, way)
-            earliest = min(earliest, time)
-        return earliest if earliest < _NEVER else None
+            return
+        self._move(now)
+        self._begin(way, message)
+        self._plan()
 
     def advance(self, now: int) -> list[Gone[Item]]:
         """Return the messages that have gone since the last call, up to ``now`` [ns], in that order."""
         gone: list[Gone[Item]] = []
-        while True:
-            time, way = self._next_change()
-            if time > now:
-                break
-            self._move(time)
-            message = self._current[way]
-            assert message is not None
-            if message.left:  # its first byte moves now
-                continue
-            ended = Gone(way, message.item, message.size, message.offered, message.began, time)
-            gone.append(ended)
-            self._current[way] = None
-            if self._waiting[way]:
-                self._begin(way, self._waiting[way].popleft())
-        self._move(now)
+        while self.next_time <= now:
+            self._move(self.next_time)
+            message = self._current[self._changes]
+            assert message is not None, "only a message changes anything"
+            if not message.left:
+                gone.append(self._end(self._changes, message))
+            self._plan()
         return gone
 
     def _begin(self, way: int, message: _Message[Item]) -> None:
-        message.began = self._now
-        message.moves = self._now + self._timing.set_up
+        message.began = self._since
+        message.moves = self._since + self._set_up
         message.left = message.size * self._unit
         self._current[way] = message
 
-    def _next_change(self) -> tuple[int, int]:
-        """When and where the next message begins to move or has gone."""
-        found, where = _NEVER, 0
-        for way in (0, 1):
-            message = self._current[way]
-            if message is not None:
-                moving = message.moves <= self._now
-                time = self._end_of(message, way) if moving else message.moves
-                if time < found:
-                    found, where = time, way
-        return found, where
+    def _end(self, way: int, message: _Message[Item]) -> Gone[Item]:
+        self._current[way] = None
+        if self._waiting[way]:
+            self._begin(way, self._waiting[way].popleft())
+        return Gone(way, message.item, message.size, message.offered, message.began, self._since)
 
-    def _end_of(self, message: _Message[Item], way: int) -> int:
-        """When a moving message will have gone if nothing changes on the other way."""
-        return self._now - -message.left // self._rate(way)
+    def _plan(self) -> None:
+        """Find the next change: a message that meets another begins to move, or one has gone."""
+        one, other = self._current
+        if one is None or other is None:
+            self.next_time = NEVER
+            for way, message in ((0, one), (1, other)):
+                if message is not None:  # alone, it moves evenly from its first byte on
+                    start = max(message.moves, self._since)
+                    self.next_time = start - -message.left // self._alone
+                    self._changes = way
+            return
+        times = [self._change_of(one, other), self._change_of(other, one)]
+        self.next_time = min(times)
+        self._changes = times.index(self.next_time)
 
-    def _rate(self, way: int) -> int:
-        """Units a nanosecond on a way that moves."""
-        other = self._current[1 - way]
-        opposed = other is not None and other.moves <= self._now
-        return self._timing.byte_alone if opposed else self._timing.byte_opposed
+    def _change_of(self, message: _Message[Item], other: _Message[Item]) -> int:
+        if message.moves > self._since:
+            return message.moves
+        rate = self._opposed if other.moves <= self._since else self._alone
+        return self._since - -message.left // rate
 
     def _move(self, now: int) -> None:
         """Let the time pass in which nothing changes."""
-        passed = now - self._now
-        assert passed >= 0, "time does not go back"
-        if not passed:
-            return
-        done = [
-            passed * self._rate(way) if message is not None and message.moves <= self._now else 0
-            for way, message in enumerate(self._current)
-        ]
-        for message, units in zip(self._current, done, strict=True):
-            if message is not None and units:
-                message.left = max(0, message.left - units)
-        self._now = now
+        one, other = self._current
+        if one is not None and other is not None:
+            moving = [message for message in (one, other) if message.moves <= self._since]
+            rate = self._opposed if len(moving) == 2 else self._alone
+            for message in moving:
+                message.left = max(0, message.left - (now - self._since) * rate)
+        else:
+            message_alone = one or other
+            if message_alone is not None:
+                passed = now - max(message_alone.moves, self._since)
+                if passed > 0:
+                    message_alone.left = max(0, message_alone.left - passed * self._alone)
+        self._since = now

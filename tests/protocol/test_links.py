@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tramnet_protocol.duplex import DuplexLink, Gone
+from tramnet_protocol.duplex import NEVER, DuplexLink, Gone
 from tramnet_protocol.errors import BadLink
 from tramnet_protocol.links import SPEEDS, LinkTiming
 
@@ -33,8 +33,8 @@ def play(timing: LinkTiming, offers: list[tuple[int, int, int]]) -> list[Gone[in
         way, size, now = offers[i]
         gone += link.advance(now)
         link.offer(way, i, size, now)
-    while (time := link.next_time()) is not None:
-        gone += link.advance(time)
+    while link.next_time < NEVER:
+        gone += link.advance(link.next_time)
     return gone
 
 
