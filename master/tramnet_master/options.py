@@ -47,8 +47,11 @@ Workers: TypeAlias = Annotated[
 ]  # fmt: skip
 Topology: TypeAlias = Annotated[
     str,
-    typer.Option(envvar="TRAMNET_TOPOLOGY", rich_help_panel=_FARM, help="Shape of the network."),
-]
+    typer.Option(
+        envvar="TRAMNET_TOPOLOGY", rich_help_panel=_FARM,
+        help="Shape of the network: star, pipeline, ring, tree, grid, torus, hypercube or LINKS.toml.",
+    ),
+]  # fmt: skip
 Network: TypeAlias = Annotated[
     str | None,
     typer.Option(

@@ -3,6 +3,7 @@ import pytest
 from tramnet_master.farm.events import Tram
 from tramnet_master.farm.membership import EXPECTED_FOR, Membership
 from tramnet_protocol.messages import JoinRequest, Stats
+from tramnet_protocol.topology import shape_named
 
 
 def request(pid: int = 7) -> JoinRequest:
@@ -15,7 +16,7 @@ def stats(tram: Tram) -> Stats:
 
 @pytest.fixture
 def membership() -> Membership:
-    return Membership("star", root_incarnation=99)
+    return Membership(shape_named("star"), root_incarnation=99)
 
 
 def test_workers_take_the_lowest_free_seats(membership):

@@ -31,8 +31,12 @@ from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
 from tramnet_master.results import BestFound, Result, versions
 from tramnet_master.run_folder import HISTORY, OpenRunFolder
+from tramnet_master.topologies import find_shape
+from tramnet_protocol.edge_list import edge_list_shape
+from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest
+from tramnet_protocol.topology import Shape
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -54,13 +58,14 @@ class RunOptions:
 
     Attributes:
         workers: Number of local workers.
-        topology: Shape of the network.
+        topology: Shape of the network, or a file of links.
         network: Name of the network, or None for any free one.
         listen: Endpoint at which workers connect.
         first_deadline: Time an individual may take before its cost is known [s].
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
+        links: What the file of links said when the run began; it is not read again.
     """
 
     workers: int = 2
@@ -71,6 +76,18 @@ class RunOptions:
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
+    links: tuple[tuple[int, int], ...] = ()
+
+    def shape(self) -> Shape:
+        """Return the shape of the network.
+
+        Raises:
+            BadTopology: There is none of that name, or the links cannot be laid.
+            InvalidFile: The file of links cannot be used.
+        """
+        if self.links:
+            return edge_list_shape(Path(self.topology).name, self.links)
+        return find_shape(self.topology)
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.
@@ -130,6 +147,9 @@ def run(
     Raises:
         Interrupted: Somebody asked it to stop.
     """
+    shape = options.shape()
+    shape.check_room(1 + options.workers)
+    options = dataclasses.replace(options, links=shape.links)
     with ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
@@ -176,6 +196,7 @@ class Root:
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
         self._began = 0.0
+        self._shape = options.shape()
         rules = options.rules()
         house = House(
             secrets.randbits(62),
@@ -185,7 +206,7 @@ class Root:
             options.allow_mixed,
         )
         hands = Hands(self._replace, self._steer, self._tell, self._give_up)
-        self._farm = Farm(channel, Keys(network), house, options.topology, Scheduler(rules), hands)
+        self._farm = Farm(channel, Keys(network), house, self._shape, Scheduler(rules), hands)
 
     def __enter__(self) -> "Root":
         return self
@@ -297,7 +318,7 @@ class Root:
             best=BestFound(engine.best.objective, engine.best.generation),
             wall_seconds=wall,
             workers=len(farm.membership.live),
-            topology=self._options.topology,
+            topology=self._shape.name,
             lost_workers=self._lost,
             condemned=self._condemned,
             reproducible=not self._mixed,
@@ -360,6 +381,7 @@ class Root:
         supervisor = self._supervisor
         match request.action:
             case "scale" if request.workers is not None and supervisor is not None:
+                self._check_room(request.workers)
                 supervisor.scale(request.workers)
                 text = f"{self._network} keeps {request.workers} local workers from now on"
             case "stop":
@@ -374,6 +396,12 @@ class Root:
                 )
         self._tell(text)
         return ControlReply(text, self._status())
+
+    def _check_room(self, workers: int) -> None:
+        try:
+            self._shape.check_room(1 + workers)
+        except BadTopology as error:
+            raise ValueError(str(error)) from error
 
     def _status(self) -> dict[str, object]:
         engine = self._experiment.engine

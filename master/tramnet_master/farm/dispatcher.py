@@ -47,6 +47,7 @@ from tramnet_protocol.messages import (
     Work,
     WorkId,
 )
+from tramnet_protocol.topology import Shape
 from tramnet_workers.node.supervisor import Ended
 
 HEARTBEAT = 1.0
@@ -122,7 +123,7 @@ class Farm:
         channel: The root's end of the network.
         keys: Keys of the network.
         house: What joining workers are told and expected to be.
-        topology: Shape the TRAMs are wired in.
+        shape: What the TRAMs are wired in.
         scheduler: Decides.
         hands: What others do for the farm.
 
@@ -141,12 +142,12 @@ class Farm:
         channel: Channel,
         keys: Keys,
         house: House,
-        topology: str,
+        shape: Shape,
         scheduler: Scheduler,
         hands: Hands,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
-        self.membership = Membership(topology, house.root_incarnation)
+        self.membership = Membership(shape, house.root_incarnation)
         self.reception = Reception(house, self.membership)
         self.lost = 0
         self.condemned: list[tuple[WorkId, str]] = []

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from tramnet_master.farm.events import Tram
 from tramnet_protocol.messages import ROOT, JoinRequest, Stats, Wiring
-from tramnet_protocol.topology import lowest_free_seat, rewire
+from tramnet_protocol.topology import Shape, lowest_free_seat, rewire
 
 EXPECTED_FOR = 600.0
 """Time a worker may take from its seat to its token: kernels may have to be compiled [s]."""
@@ -40,7 +40,7 @@ class Membership:
     """The seats of one network.
 
     Args:
-        topology: Name of the shape the TRAMs are wired in.
+        shape: What the TRAMs are wired in.
         root_incarnation: Incarnation of the root.
 
     Attributes:
@@ -48,13 +48,13 @@ class Membership:
         joined: Number of workers that ever became live.
     """
 
-    def __init__(self, topology: str, root_incarnation: int) -> None:
-        self._topology = topology
+    def __init__(self, shape: Shape, root_incarnation: int) -> None:
+        self._shape = shape
         self._root_incarnation = root_incarnation
         self._members: dict[int, Member] = {}
         self._incarnations = 0
         self.joined = 0
-        self.wiring: Wiring = rewire(topology, {ROOT: root_incarnation}, 0)
+        self.wiring: Wiring = rewire(shape, {ROOT: root_incarnation}, 0)
 
     @property
     def members(self) -> list[Member]:
@@ -131,5 +131,5 @@ class Membership:
     def _rewire(self) -> None:
         incarnations = {seat: member.tram.incarnation for seat, member in self._members.items()}
         self.wiring = rewire(
-            self._topology, {ROOT: self._root_incarnation, **incarnations}, self.wiring.epoch + 1
+            self._shape, {ROOT: self._root_incarnation, **incarnations}, self.wiring.epoch + 1
         )
