@@ -1,7 +1,7 @@
-import simpy
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tramnet_master.simulation.agenda import Agenda
 from tramnet_master.simulation.network import Network
 from tramnet_protocol.links import LinkTiming
 
@@ -11,16 +11,17 @@ Sending = tuple[tuple[int, ...], int, int]
 
 def play(sendings: list[Sending]) -> tuple[Network, list[int]]:
     """Send messages (route, size, when); the network, and when each arrived [ns]."""
-    env = simpy.Environment()
-    network = Network(env, TWENTY)
+    agenda = Agenda()
+    network = Network(agenda, TWENTY)
     arrived: dict[int, int] = {}
 
-    def send(i: int, route: tuple[int, ...], size: int) -> None:
-        network.send(route, size, lambda: arrived.update({i: env.now}))
+    def send(i: int) -> None:
+        route, size, _ = sendings[i]
+        network.send(route, size, lambda: arrived.update({i: agenda.now}))
 
-    for i, (route, size, when) in enumerate(sendings):
-        env.timeout(when).callbacks.append(lambda _, i=i, r=route, s=size: send(i, r, s))
-    env.run()
+    for i, (_, _, when) in enumerate(sendings):
+        agenda.after(when, send, i)
+    agenda.run()
     return network, [arrived[i] for i in range(len(sendings))]
 
 

@@ -1,4 +1,4 @@
-"""Messages over the links of a network, hop by hop, as events of simpy in whole nanoseconds.
+"""Messages over the links of a network, hop by hop, in virtual time.
 
 Every TRAM on the way takes a message in whole before it passes it on (store and forward), and always has room for
 it. A link's two ways are those of ``DuplexLink``; different links know nothing of each other.
@@ -8,8 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-import simpy
-
+from tramnet_master.simulation.agenda import Agenda
 from tramnet_protocol.duplex import NEVER, DuplexLink
 from tramnet_protocol.links import LinkTiming
 
@@ -78,16 +77,16 @@ class Network:
     """The links between TRAMs; each comes into being with its first message.
 
     Args:
-        env: Whose clock counts nanoseconds.
+        agenda: Where the network plans what happens.
         timing: What a message costs on any link.
 
     Attributes:
         traffic: What each directed link has carried; both ways of a link are there or none.
     """
 
-    def __init__(self, env: simpy.Environment, timing: LinkTiming) -> None:
+    def __init__(self, agenda: Agenda, timing: LinkTiming) -> None:
         self.traffic: dict[Way, Traffic] = {}
-        self._env = env
+        self._agenda = agenda
         self._timing = timing
         self._cables: dict[Way, tuple[_Cable, int]] = {}
 
@@ -104,9 +103,10 @@ class Network:
     def _offer(self, journey: _Journey) -> None:
         start, end = journey.route[journey.leg : journey.leg + 2]
         cable, way = self._cables.get((start, end)) or self._lay(start, end)
-        self._collect(cable)
-        cable.link.offer(way, journey, journey.size, self._env.now)
-        self._watch(cable)
+        now = self._agenda.now
+        self._collect(cable, now)
+        cable.link.offer(way, journey, journey.size, now)
+        self._watch(cable, now)
 
     def _lay(self, start: int, end: int) -> tuple[_Cable, int]:
         there = self.traffic[start, end] = Traffic()
@@ -115,24 +115,23 @@ class Network:
         self._cables[start, end], self._cables[end, start] = (cable, 0), (cable, 1)
         return cable, 0
 
-    def _watch(self, cable: _Cable) -> None:
-        """See to it that the link is looked at when a message may have gone."""
+    def _watch(self, cable: _Cable, now: int) -> None:
+        """See to it that the link is looked at when something changes on it."""
         time = cable.link.next_time
         if time < cable.wake:
             cable.wake = time
-            self._after(time - self._env.now, self._wake, cable)
+            self._agenda.after(time - now, self._wake, cable)
 
-    def _wake(self, event: simpy.Event) -> None:
-        cable: _Cable = event.value
-        if cable.wake != self._env.now:  # an earlier timer has been set since
-            return
-        cable.wake = NEVER
-        self._collect(cable)
-        self._watch(cable)
+    def _wake(self, cable: _Cable) -> None:
+        now = self._agenda.now
+        if cable.wake == now:  # and no earlier look was planned since
+            cable.wake = NEVER
+            self._collect(cable, now)
+            self._watch(cable, now)
 
-    def _collect(self, cable: _Cable) -> None:
+    def _collect(self, cable: _Cable, now: int) -> None:
         """Count what has gone over a link, and pass it on."""
-        for gone in cable.link.advance(self._env.now):
+        for gone in cable.link.advance(now):
             traffic = cable.traffic[gone.way]
             traffic.frames += 1
             traffic.bytes += gone.size
@@ -141,18 +140,11 @@ class Network:
             journey = gone.item
             journey.leg += 1
             if journey.leg == len(journey.route) - 1:
-                self._after(self._timing.wake_up, self._arrive, journey)
+                self._agenda.after(self._timing.wake_up, _arrive, journey)
             else:
-                self._after(self._timing.wake_up + self._timing.routing, self._pass_on, journey)
+                delay = self._timing.wake_up + self._timing.routing
+                self._agenda.after(delay, self._offer, journey)
 
-    def _pass_on(self, event: simpy.Event) -> None:
-        self._offer(event.value)
 
-    def _arrive(self, event: simpy.Event) -> None:
-        journey: _Journey = event.value
-        journey.arrived()
-
-    def _after(self, delay: int, act: Callable[[simpy.Event], None], value: object) -> None:
-        callbacks = self._env.timeout(delay, value).callbacks
-        assert callbacks is not None, "a new event has its list of callbacks"
-        callbacks.append(act)
+def _arrive(journey: _Journey) -> None:
+    journey.arrived()
