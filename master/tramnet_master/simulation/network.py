@@ -32,12 +32,16 @@ class Traffic:
     busy: int = 0
     waited: int = 0
 
-    def add(self, other: "Traffic") -> None:
-        """Count what another one has carried as well."""
-        self.frames += other.frames
-        self.bytes += other.bytes
-        self.busy += other.busy
-        self.waited += other.waited
+    def add(self, other: "Traffic", times: int = 1) -> None:
+        """Count what another one has carried as well, so many times."""
+        self.frames += other.frames * times
+        self.bytes += other.bytes * times
+        self.busy += other.busy * times
+        self.waited += other.waited * times
+
+    def copy(self) -> "Traffic":
+        """Return what it has carried until now."""
+        return Traffic(self.frames, self.bytes, self.busy, self.waited)
 
 
 class _Journey:
