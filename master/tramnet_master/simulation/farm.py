@@ -8,7 +8,15 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from tramnet_master.farm.events import Answered, Event, Resolved, Send, Tram, WorkerReady, WorkSubmitted
+from tramnet_master.farm.events import (
+    Answered,
+    Event,
+    Resolved,
+    Send,
+    Tram,
+    WorkerReady,
+    WorkSubmitted,
+)
 from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.simulation.agenda import Agenda

@@ -1,19 +1,22 @@
 """Machines to predict runs for: what their links cost, and how their processors compare with this one.
 
-The T805-25 is placed by one yardstick: the inverse dynamics of a six-joint arm by the recursive Newton-Euler method,
-852 multiplications and 738 additions (150 n - 48 and 131 n - 48 for n joints: Hollerbach 1980 on Luh, Walker & Paul
-1980; Armstrong, Khatib & Burdick 1986 call their 305 operations a fifth of it). INMOS technical note 26 has a T800-20
-sustain 1.5 MFLOPS; at 25 MHz that is 1.875 MFLOPS, and 848 us. What a problem costs there is what it costs on this
-core, times the ratio of the two inverse dynamics: an assumption, which a cost given in numbers replaces.
+The T805-25 evaluates by one yardstick: the inverse dynamics of a six-joint arm by the recursive Newton-Euler
+method, 852 multiplications and 738 additions (150 n - 48 and 131 n - 48 for n joints: Hollerbach 1980 on Luh,
+Walker & Paul 1980; Armstrong, Khatib & Burdick 1986 call their 305 operations a fifth of it). INMOS technical note
+26 has a T800-20 sustain 1.5 MFLOPS; at 25 MHz that is 1.875 MFLOPS, and 848 us. What a problem costs there is what
+it costs on this core, times the ratio of the two inverse dynamics: an assumption, which a cost given in numbers
+replaces. The ratio is one of floating-point work in lanes, which breeding is not: there the T805 is said to take
+100 instructions a gene at 12.5 MIPS, half of its peak, our choice.
 """
 
 import time
 from functools import cache
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from tramnet_master.errors import InvalidOption
+from tramnet_master.simulation.workload import Workload
 from tramnet_protocol.links import LinkTiming
 from tramnet_workers.kernels.dynamics import inverse_dynamics_batch
 from tramnet_workers.robots.puma560 import akb
@@ -23,6 +26,9 @@ _T805_OPERATIONS_PER_SECOND = 1.5e6 * 25 / 20
 
 T805_INVERSE_DYNAMICS = _OPERATIONS / _T805_OPERATIONS_PER_SECOND
 """Inverse dynamics of six joints on a T805-25 [s]."""
+
+T805_BREEDING = 100 / 12.5e6
+"""Breeding a gene on a T805-25 [s]."""
 
 _STATES = 1024
 _REPEATS = 15
@@ -73,9 +79,15 @@ def machine(node: str, mbaud: int) -> Machine:
     raise InvalidOption("--node", repr(node), f"one of {', '.join(NODES)}")
 
 
-def slowdown(node: str) -> float:
-    """Return how many times longer a node computes than this core."""
-    return T805_INVERSE_DYNAMICS / inverse_dynamics_here() if node == T805 else 1.0
+def carried_over(workload: Workload, node: str) -> Workload:
+    """Return a workload that was measured on this core as it would be on a node."""
+    if node != T805:
+        return workload
+    return structs.replace(
+        workload,
+        evaluation=workload.evaluation * T805_INVERSE_DYNAMICS / inverse_dynamics_here(),
+        breeding=workload.population * workload.genes * T805_BREEDING,
+    )
 
 
 @cache

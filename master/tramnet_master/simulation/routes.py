@@ -24,9 +24,7 @@ class RoundTrip(NamedTuple):
 def round_trips(graph: Graph) -> dict[int, RoundTrip]:
     """Return the ways to and from every TRAM that the root can reach, all found in two searches."""
     before, onward = graph.predecessors(ROOT), graph.hops_towards(ROOT)
-    return {
-        seat: RoundTrip(_follow(before, seat)[::-1], _follow(onward, seat)) for seat in before
-    }
+    return {seat: RoundTrip(_follow(before, seat)[::-1], _follow(onward, seat)) for seat in before}
 
 
 def _follow(steps: dict[int, int], seat: int) -> Route:

@@ -1,10 +1,10 @@
 """What a run asks of a farm, in numbers: how many individuals, how long they are and what they cost."""
 
+import math
 import time
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from tramnet_master.engines.engine import Engine
 from tramnet_master.errors import InvalidOption
@@ -28,6 +28,7 @@ class Workload(Struct, frozen=True):
         genome_bytes: Length of a chromosome [B].
         evaluation: Time to evaluate an individual [s].
         breeding: Time from the last objective of a generation to the next chromosomes [s].
+        genes: Genes of a chromosome.
         objective_bytes: Length of an individual's answer [B].
     """
 
@@ -37,18 +38,13 @@ class Workload(Struct, frozen=True):
     genome_bytes: int
     evaluation: float
     breeding: float = 0.0
+    genes: int = 1
     objective_bytes: int = 8
 
     @property
     def serial_seconds(self) -> float:
         """Time of all of it on one processor that does it alone, without a network [s]."""
         return self.generations * (self.population * self.evaluation + self.breeding)
-
-    def scaled(self, factor: float) -> "Workload":
-        """Return the same on a processor that takes ``factor`` times as long."""
-        return replace(
-            self, evaluation=self.evaluation * factor, breeding=self.breeding * factor
-        )
 
 
 def measure(experiment: Experiment) -> Workload:
@@ -68,6 +64,7 @@ def measure(experiment: Experiment) -> Workload:
         genome_bytes=len(work.genomes.data) // work.work.size,
         evaluation=evaluation,
         breeding=_breeding(experiment.engine, work),
+        genes=math.prod(work.genomes.shape[1:]),
     )
 
 
