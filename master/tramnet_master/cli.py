@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from tramnet_master.commands import network, results, runs, simulate, tables, traffic
+from tramnet_master.commands import (
+    network,
+    results,
+    runs,
+    simulate,
+    tables,
+    topology,
+    traffic,
+)
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
 from tramnet_protocol.errors import BadEndpoint, BadKey, BadLink, BadTopology, ProtocolError
@@ -34,6 +42,7 @@ app.command()(network.scale)
 app.command()(network.stop)
 app.command()(traffic.inspect)
 app.command()(traffic.echo)
+app.command()(topology.topology)
 app.command()(results.report)
 app.command()(tables.table)
 app.command()(results.problems)

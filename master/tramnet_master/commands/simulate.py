@@ -1,8 +1,11 @@
 """Commands that predict how long a run would take on machines that are not at hand."""
 
 import datetime
+import functools
+import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import msgspec
 import typer
@@ -10,15 +13,13 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
+from tramnet_master.commands import runs
 from tramnet_master.commands.launch import RUNS
-from tramnet_master.commands.runs import Case, Method, ProblemName, Robot, Settings, read_settings
 from tramnet_master.console import people, programs
 from tramnet_master.errors import InvalidOption
-from tramnet_master.experiments import own_problem
-from tramnet_master.experiments import puma560 as puma560_experiment
 from tramnet_master.experiments.experiment import Experiment
 from tramnet_master.files import write_atomically
-from tramnet_master.options import Generations, Population, Task, Topology
+from tramnet_master.options import Topology
 from tramnet_master.run_folder import default_folder
 from tramnet_master.simulation.machines import T805, carried_over, machine
 from tramnet_master.simulation.prediction import (
@@ -64,21 +65,68 @@ Out = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="The prediction as JSON on standard output.")]
 
+
+class How(NamedTuple):
+    """How a run is simulated.
+
+    Attributes:
+        node: What computes.
+        mbaud: Speed of the transputers' links [Mbaud].
+        topology: Shape of the network.
+        workers: Numbers of workers, or None for the usual ones.
+        evaluation_us: Time of an evaluation on the node, or None to measure it [us].
+        breeding_us: Time between two generations on the node, or None to measure it [us].
+        out: Folder for what is found, or None for a new one.
+        json: Whether programs read it.
+    """
+
+    node: str
+    mbaud: int
+    topology: str
+    workers: str | None
+    evaluation_us: float | None
+    breeding_us: float | None
+    out: Path | None
+    json: bool
+
+
 ABOUT_AN_HOUR = (
     "the paper: about one hour for cases 1 to 6, about five days for case 7 (section 5.2), on a "
     "machine that it does not name"
 )
 
 
-@app.command()
-def puma560(
-    case: Case = None,
-    task: Task = None,
-    method: Method = "wang-zalzala",
-    robot: Robot = "akb",
-    settings: Settings = None,
-    population: Population = None,
-    generations: Generations = None,
+def simulates(prepare: Callable[..., Experiment]) -> Callable[..., None]:
+    """Make a command of a function that prepares an experiment.
+
+    Args:
+        prepare: Takes the options of its own; its docstring is the command's help.
+
+    Returns:
+        A command that takes these and says how to simulate the run.
+    """
+    own = inspect.signature(prepare, eval_str=True).parameters
+    shared = inspect.signature(_how, eval_str=True).parameters
+
+    @functools.wraps(prepare)
+    def command(**values: object) -> None:
+        how = _how(**{name: values.pop(name) for name in shared})  # type: ignore[arg-type]
+        experiment = prepare(**values)
+        _show(_predict(_workload(experiment, how), how), how)
+        if (experiment.name, experiment.method) == ("puma560", "wang-zalzala"):
+            people.print(ABOUT_AN_HOUR)
+
+    parameters = [
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for parameter in (*own.values(), *shared.values())
+    ]
+    signature = inspect.Signature(parameters)
+    command.__signature__ = signature  # type: ignore[attr-defined]  # what typer reads
+    command.__annotations__ = {p.name: p.annotation for p in parameters}
+    return command
+
+
+def _how(
     node: Node = T805,
     mbaud: Mbaud = 20,
     topology: Topology = "tree",
@@ -87,42 +135,13 @@ def puma560(
     breeding_us: BreedingUs = None,
     out: Out = None,
     json: Json = False,
-) -> None:
-    """Minimum-time motion of the PUMA 560 (Wang & Zalzala 1995), or of your own arm."""
-    choice = puma560_experiment.Choice(
-        case, task, robot, method, 1, population, generations, read_settings(settings or [])
-    )
-    experiment = puma560_experiment.prepare(puma560_experiment.options_of(choice))
-    workload = _workload(experiment, node, evaluation_us, breeding_us)
-    _show(_predict(workload, node, mbaud, topology, workers), out, json)
-    if experiment.case is not None and method == "wang-zalzala":
-        people.print(ABOUT_AN_HOUR)
+) -> How:
+    return How(node, mbaud, topology, workers, evaluation_us, breeding_us, out, json)
 
 
-@app.command()
-def problem(
-    name: ProblemName,
-    settings: Settings = None,
-    population: Population = None,
-    generations: Generations = None,
-    node: Node = T805,
-    mbaud: Mbaud = 20,
-    topology: Topology = "tree",
-    workers: Counts = None,
-    evaluation_us: EvaluationUs = None,
-    breeding_us: BreedingUs = None,
-    out: Out = None,
-    json: Json = False,
-) -> None:
-    """Any installed problem over a box of real numbers."""
-    options = own_problem.OwnProblemOptions(
-        problem=name,
-        parameters=read_settings(settings or []),
-        population=population or own_problem.POPULATION,
-        generations=generations or own_problem.GENERATIONS,
-    )
-    workload = _workload(own_problem.prepare(options), node, evaluation_us, breeding_us)
-    _show(_predict(workload, node, mbaud, topology, workers), out, json)
+for job in runs.app.registered_commands:
+    assert job.callback is not None, "a command has its function"
+    app.command(job.callback.__name__)(simulates(inspect.unwrap(job.callback)))
 
 
 @app.command()
@@ -140,41 +159,34 @@ def numbers(
     json: Json = False,
 ) -> None:
     """A population of which you know the numbers."""
-    workload = Workload(
-        "given numbers",
-        population,
-        generations,
-        genome_bytes,
-        evaluation_us / 1e6,
-        breeding_us / 1e6,
-    )
-    _show(_predict(workload, node, mbaud, topology, workers), out, json)
+    how = How(node, mbaud, topology, workers, evaluation_us, breeding_us, out, json)
+    seconds = evaluation_us / 1e6, breeding_us / 1e6
+    workload = Workload("given numbers", population, generations, genome_bytes, *seconds)
+    _show(_predict(workload, how), how)
 
 
-def _workload(
-    experiment: Experiment, node: str, evaluation_us: float | None, breeding_us: float | None
-) -> Workload:
+def _workload(experiment: Experiment, how: How) -> Workload:
     """Measure an experiment here and carry it over to the node; what is given stays as it is given."""
     here = measure(experiment)
-    there = carried_over(here, node)
-    if evaluation_us is not None:
-        there = msgspec.structs.replace(there, evaluation=evaluation_us / 1e6)
-    if breeding_us is not None:
-        there = msgspec.structs.replace(there, breeding=breeding_us / 1e6)
+    there = carried_over(here, how.node)
+    if how.evaluation_us is not None:
+        there = msgspec.structs.replace(there, evaluation=how.evaluation_us / 1e6)
+    if how.breeding_us is not None:
+        there = msgspec.structs.replace(there, breeding=how.breeding_us / 1e6)
     people.print(
         f"measured here: {_time(here.evaluation)} an evaluation, {_time(here.breeding)} between "
-        f"generations; on {node}: {_time(there.evaluation)} and {_time(there.breeding)}"
+        f"generations; on {how.node}: {_time(there.evaluation)} and {_time(there.breeding)}"
     )
     return there
 
 
-def _predict(
-    workload: Workload, node: str, mbaud: int, topology: str, workers: str | None
-) -> Prediction:
-    shape = find_shape(topology)
+def _predict(workload: Workload, how: How) -> Prediction:
+    shape = find_shape(how.topology)
     most = min(MOST_WORKERS, shape.max_trams - 1)
-    counts = usual_counts(workload.population, most) if workers is None else _counts(workers)
-    return predict(workload, machine(node, mbaud), shape, counts)
+    counts = (
+        usual_counts(workload.population, most) if how.workers is None else _counts(how.workers)
+    )
+    return predict(workload, machine(how.node, how.mbaud), shape, counts)
 
 
 def _counts(text: str) -> list[int]:
@@ -189,18 +201,18 @@ def _counts(text: str) -> list[int]:
     return [int(word) for word in words]
 
 
-def _show(prediction: Prediction, out: Path | None, json: bool) -> None:
+def _show(prediction: Prediction, how: How) -> None:
     from tramnet_master.reports.scaling import draw_scaling  # noqa: PLC0415  slow to import
     from tramnet_master.reports.style import one_look, save  # noqa: PLC0415
 
     today = datetime.datetime.now().astimezone().date()
-    folder = out or default_folder(RUNS, "simulate", today)
+    folder = how.out or default_folder(RUNS, "simulate", today)
     folder.mkdir(parents=True, exist_ok=True)
     document = msgspec.json.format(msgspec.json.encode(prediction), indent=2) + b"\n"
     write_atomically(folder / PREDICTION, document)
     with one_look():
         save(draw_scaling(prediction), folder, FIGURE)
-    if json:
+    if how.json:
         programs.print(document.decode().rstrip(), markup=False)
     people.print(_table(prediction))
     people.print(_verdict(prediction))

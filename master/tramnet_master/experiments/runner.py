@@ -19,9 +19,9 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
-from tramnet_master.engines.engine import Engine
+from tramnet_master.engines.engine import Engine, HoldsPopulations
 from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
@@ -35,7 +35,7 @@ from tramnet_master.topologies import find_shape
 from tramnet_protocol.edge_list import edge_list_shape
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
-from tramnet_protocol.messages import ControlReply, ControlRequest
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
 from tramnet_protocol.topology import Shape
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
@@ -65,7 +65,6 @@ class RunOptions:
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
-        links: What the file of links said when the run began; it is not read again.
     """
 
     workers: int = 2
@@ -76,7 +75,6 @@ class RunOptions:
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
-    links: tuple[tuple[int, int], ...] = ()
 
     def shape(self) -> Shape:
         """Return the shape of the network.
@@ -85,8 +83,6 @@ class RunOptions:
             BadTopology: There is none of that name, or the links cannot be laid.
             InvalidFile: The file of links cannot be used.
         """
-        if self.links:
-            return edge_list_shape(Path(self.topology).name, self.links)
         return find_shape(self.topology)
 
     def rules(self) -> Rules:
@@ -98,6 +94,23 @@ class RunOptions:
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
         return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+
+
+@dataclass(frozen=True)
+class OldOptions(RunOptions):
+    """How a run that is gone on with was made.
+
+    Attributes:
+        links: What its file of links said when it began; that is not read again.
+    """
+
+    links: tuple[tuple[int, int], ...] = ()
+
+    def shape(self) -> Shape:
+        """Return the shape of the network."""
+        if self.links:
+            return edge_list_shape(Path(self.topology).name, self.links)
+        return super().shape()
 
 
 def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
@@ -116,7 +129,7 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
         raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
     known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
     try:
-        options = msgspec.convert(known, RunOptions, strict=True)
+        options = msgspec.convert(known, OldOptions, strict=True)
     except msgspec.ValidationError as error:
         raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
     listen = options.listen
@@ -149,7 +162,6 @@ def run(
     """
     shape = options.shape()
     shape.check_room(1 + options.workers)
-    options = dataclasses.replace(options, links=shape.links)
     with ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
@@ -195,7 +207,7 @@ class Root:
         self._name = f"{socket.gethostname()}-{os.getpid()}"
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
-        self._began = 0.0
+        self._began = self._over = 0.0
         self._shape = options.shape()
         rules = options.rules()
         house = House(
@@ -205,7 +217,7 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up)
+        hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
         self._farm = Farm(channel, Keys(network), house, self._shape, Scheduler(rules), hands)
 
     def __enter__(self) -> "Root":
@@ -267,19 +279,22 @@ class Root:
         self._began = time.monotonic()
         next_checkpoint = self._began + self._options.checkpoint_seconds
         next_announcement = self._began
+        self._submit_what_can_be_begun()
         while not engine.finished:
-            for work in engine.ask():
-                farm.submit(work)
             finished = farm.next_outcome()
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
-            rows = engine.tell(*finished)
+            if finished.snapshot is not None:
+                assert isinstance(engine, HoldsPopulations), "nobody else asks for snapshots"
+                engine.keep(finished.snapshot)
+            rows = engine.tell(finished.work, finished.outcome)
+            self._submit_what_can_be_begun()  # workers compute while rows are written
             if not rows:
                 continue
             now = time.monotonic()
-            for row in rows:
-                history.append(row, self._elapsed(now))
+            history.append(rows, self._elapsed(now))
+            row = rows[-1]
             self._progress.update(
                 row.generation, row.best_so_far, row.evaluations, len(farm.membership.live)
             )
@@ -289,6 +304,14 @@ class Root:
             if now >= next_checkpoint and not engine.finished:
                 self._save(history, engine)
                 next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
+        self._over = time.monotonic()
+
+    def _submit_what_can_be_begun(self) -> None:
+        engine = self._experiment.engine
+        if isinstance(engine, HoldsPopulations):
+            engine.spread(max(1, len(self._farm.membership.live)))
+        for work in engine.ask():
+            self._farm.submit(work)
 
     def _save(self, history: History, engine: Engine) -> None:
         if engine.generation == 0:
@@ -306,7 +329,7 @@ class Root:
     def _conclude(self) -> Result:
         experiment, farm = self._experiment, self._farm
         engine = experiment.engine
-        wall = self._elapsed(time.monotonic())
+        wall = self._elapsed(self._over)
         common = Common(
             experiment=experiment.name,
             method=experiment.method,
@@ -326,14 +349,17 @@ class Root:
             paper=experiment.paper,
             versions=versions(),
         )
-        here = max(time.monotonic() - self._began, 1e-9)
-        share = farm.compute_seconds / max(1, len(farm.membership.live))
+        here = max(self._over - self._began, 1e-9)
+        live = max(1, len(farm.membership.live))
+        share = farm.compute_seconds / min(live, experiment.parallelism or live)
         timing = Timing(
             evaluations_per_second=engine.evaluations / max(wall, 1e-9),
             network_overhead_fraction=max(0.0, farm.waited_seconds - share) / here,
         )
         farm.announce("finished", {"best": engine.best.objective})
-        result = experiment.conclude(self._folder, common, timing)
+        busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
+        load = Load(farm.chunks, busy)
+        result = experiment.conclude(self._folder, common, timing, load)
         self._folder.write_result(result)
         return result
 
@@ -367,6 +393,11 @@ class Root:
         self._tell(f"gave up {what}")
         if self._options.on_failure == "stop":
             raise RunFailed(f"{what} (--on-failure stop)")
+
+    def _restate(self, work: Evolve) -> Evolve:
+        engine = self._experiment.engine
+        assert isinstance(engine, HoldsPopulations), "nobody else has work on populations"
+        return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:
         self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
@@ -476,6 +507,7 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,
         },
