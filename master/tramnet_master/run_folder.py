@@ -8,6 +8,7 @@ trajectory.csv    the plan, in steps of 0.5 ms or finer (``trajectories``), or t
                   point (``tracked_paths``); trajectory-<name>.csv where there are several scenes
 nodes.csv         the plan's nodes
 straight_line.csv the straight line, timed optimally, to compare the plan with
+links.csv         what the links of a transputer machine would have carried (``traffic/totals``)
 servo-*.csv       the plan replayed through a servo
 result.json       what was found; its presence says that the run is finished (``results``)
 *.png, *.svg      the figures (``reports``), made from the files above alone
@@ -39,6 +40,7 @@ LOG = "log.jsonl"
 TRAJECTORY = "trajectory.csv"
 NODES = "nodes.csv"
 STRAIGHT_LINE = "straight_line.csv"
+LINKS = "links.csv"
 RESULT = "result.json"
 SERVO = "servo-{period}ms.csv"
 _SCENE_TRAJECTORY = "trajectory-{name}.csv"
@@ -50,6 +52,7 @@ _OURS = (
     _SCENE_TRAJECTORY.format(name="*"),
     NODES,
     STRAIGHT_LINE,
+    LINKS,
     RESULT,
     "servo-*.csv",
 )

@@ -30,6 +30,7 @@ from tramnet_master.simulation.prediction import (
 )
 from tramnet_master.simulation.workload import Workload, measure
 from tramnet_master.topologies import find_shape
+from tramnet_master.wording import time_span
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -174,8 +175,8 @@ def _workload(experiment: Experiment, how: How) -> Workload:
     if how.breeding_us is not None:
         there = msgspec.structs.replace(there, breeding=how.breeding_us / 1e6)
     people.print(
-        f"measured here: {_time(here.evaluation)} an evaluation, {_time(here.breeding)} between "
-        f"generations; on {how.node}: {_time(there.evaluation)} and {_time(there.breeding)}"
+        f"measured here: {time_span(here.evaluation)} an evaluation, {time_span(here.breeding)} between "
+        f"generations; on {how.node}: {time_span(there.evaluation)} and {time_span(there.breeding)}"
     )
     return there
 
@@ -223,8 +224,8 @@ def _table(prediction: Prediction) -> Table:
     workload = prediction.workload
     table = Table(
         title=f"{workload.name} on {prediction.machine}, {prediction.topology}: "
-        f"{workload.population} individuals of {_time(workload.evaluation)}, "
-        f"{workload.generations} generations, {_time(workload.breeding)} between them",
+        f"{workload.population} individuals of {time_span(workload.evaluation)}, "
+        f"{workload.generations} generations, {time_span(workload.breeding)} between them",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
@@ -234,7 +235,7 @@ def _table(prediction: Prediction) -> Table:
     for point in prediction.points:
         table.add_row(
             f"{point.workers}",
-            _time(point.seconds),
+            time_span(point.seconds),
             f"{point.speed_up:.2f}",
             f"{point.efficiency:.0%}",
             f"{point.mean_hops:.2f}",
@@ -248,19 +249,7 @@ def _table(prediction: Prediction) -> Table:
 def _verdict(prediction: Prediction) -> Text:
     best = prediction.best
     return Text(
-        f"best of these: {best.workers} workers, {_time(best.seconds)}; master-slave optimum "
-        f"√(n·Tf/Tc) = {prediction.optimum:.0f} TRAMs, with Tc = {_time(prediction.message_seconds)} "
+        f"best of these: {best.workers} workers, {time_span(best.seconds)}; master-slave optimum "
+        f"√(n·Tf/Tc) = {prediction.optimum:.0f} TRAMs, with Tc = {time_span(prediction.message_seconds)} "
         "for a chromosome out and its objective back"
     )
-
-
-def _time(seconds: float) -> str:
-    """Return a time in the unit that suits it."""
-    if seconds >= 7200.0:
-        return f"{seconds / 3600:.2f} h"
-    if seconds >= 120.0:
-        return f"{seconds / 60:.1f} min"
-    for unit, size in (("s", 1.0), ("ms", 1e-3)):
-        if seconds >= size:
-            return f"{seconds / size:.4g} {unit}"
-    return f"{seconds * 1e6:.4g} us"

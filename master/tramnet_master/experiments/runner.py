@@ -19,6 +19,7 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
+from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import Engine, HoldsPopulations
 from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
@@ -29,9 +30,11 @@ from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
-from tramnet_master.results import BestFound, Result, versions
-from tramnet_master.run_folder import HISTORY, OpenRunFolder
+from tramnet_master.results import BestFound, Booked, Result, versions
+from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
+from tramnet_master.simulation.machines import T805, machine
 from tramnet_master.topologies import find_shape
+from tramnet_master.traffic.books import LinkBooks
 from tramnet_protocol.edge_list import edge_list_shape
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
@@ -47,6 +50,9 @@ ANNOUNCE_PERIOD = 0.1
 
 START_UP = 60.0
 """Longest wait for the first local worker before the clock of the run starts [s]."""
+
+NO_NODE = "none"
+"""Stands for a node where no link books are to be kept."""
 
 OTHERS = 3.0
 """Longest wait for the other local workers after the first [s]."""
@@ -65,6 +71,8 @@ class RunOptions:
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
+        node: Whose machine the link books are kept for, or ``none`` for no books.
+        mbaud: Speed of its links [Mbaud].
     """
 
     workers: int = 2
@@ -75,6 +83,8 @@ class RunOptions:
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
+    node: str = T805
+    mbaud: int = 20
 
     def shape(self) -> Shape:
         """Return the shape of the network.
@@ -84,6 +94,19 @@ class RunOptions:
             InvalidFile: The file of links cannot be used.
         """
         return find_shape(self.topology)
+
+    def books(self) -> LinkBooks | None:
+        """Return empty link books, or None where none are to be kept.
+
+        Raises:
+            InvalidOption: There is no such node.
+            BadLink: Its links have no such speed.
+        """
+        if self.node == NO_NODE:
+            return None
+        if self.node != T805:
+            raise InvalidOption("--node", repr(self.node), f"{T805} or {NO_NODE}")
+        return LinkBooks(machine(self.node, self.mbaud))
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.
@@ -218,7 +241,10 @@ class Root:
             options.allow_mixed,
         )
         hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
-        self._farm = Farm(channel, Keys(network), house, self._shape, Scheduler(rules), hands)
+        self._books = options.books()
+        self._farm = Farm(
+            channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books
+        )
 
     def __enter__(self) -> "Root":
         return self
@@ -241,6 +267,9 @@ class Root:
             saved = checkpoint.state["engine"]
             assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
             experiment.engine.restore(saved)
+            books = checkpoint.state.get("books")
+            if self._books is not None and isinstance(books, dict):
+                self._books.restore(books)
         self._farm.open()
         self._start_workers()
         outline = Outline(
@@ -323,6 +352,7 @@ class Root:
             "lost": self._lost,
             "condemned": self._condemned,
             "mixed": self._mixed,
+            "books": None if self._books is None else self._books.state(),
         }
         self._folder.checkpoints.save(state, engine.generation)
 
@@ -348,6 +378,7 @@ class Root:
             final_population_sha256=population_hash(engine),
             paper=experiment.paper,
             versions=versions(),
+            link_books=self._close_books(),
         )
         here = max(self._over - self._began, 1e-9)
         live = max(1, len(farm.membership.live))
@@ -362,6 +393,12 @@ class Root:
         result = experiment.conclude(self._folder, common, timing, load)
         self._folder.write_result(result)
         return result
+
+    def _close_books(self) -> Booked | None:
+        if self._books is None:
+            return None
+        write_table(self._folder.path / LINKS, self._books.totals.columns())
+        return self._books.summary(self._options.mbaud)
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began

@@ -15,6 +15,7 @@ from tramnet_master.reports.style import (
     new_figure,
 )
 from tramnet_master.simulation.prediction import Prediction
+from tramnet_master.wording import time_span
 
 HEIGHT = 4.8  # [inch]
 _DENSE = 200  # points of a smooth curve
@@ -25,7 +26,7 @@ def draw_scaling(prediction: Prediction) -> Figure:
     workload = prediction.workload
     caption = (
         f"{prediction.machine}, {prediction.topology}  ·  {workload.population} individuals of "
-        f"{_time(workload.evaluation)}, {workload.generations} generations"
+        f"{time_span(workload.evaluation)}, {workload.generations} generations"
     )
     figure = new_figure(HEIGHT, f"Predicted: {workload.name}", caption)
     left, right = figure.subplots(1, 2)
@@ -90,9 +91,3 @@ def _powers_of_two(axes: Axes, workers: list[int]) -> None:
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_minor_locator(NullLocator())
-
-
-def _time(seconds: float) -> str:
-    if seconds >= 1.0:
-        return f"{seconds:.3g} s"
-    return f"{1e3 * seconds:.3g} ms" if seconds >= 1e-3 else f"{1e6 * seconds:.3g} us"

@@ -7,6 +7,9 @@ import simpy
 
 Value = TypeVar("Value")
 
+SECOND = 1_000_000_000
+"""Nanoseconds in a second."""
+
 
 class Agenda:
     """Calls functions at their times; at equal times, those that were planned first come first."""

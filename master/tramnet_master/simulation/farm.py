@@ -19,16 +19,13 @@ from tramnet_master.farm.events import (
 )
 from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
-from tramnet_master.simulation.agenda import Agenda
+from tramnet_master.simulation.agenda import SECOND, Agenda
 from tramnet_master.simulation.machines import Machine
 from tramnet_master.simulation.network import Network, Traffic, Way
 from tramnet_master.simulation.routes import RoundTrip
 from tramnet_master.simulation.workload import Workload
 from tramnet_protocol.messages import Kind, WorkId
 from tramnet_protocol.modelled import HEADER_BYTES
-
-SECOND = 1_000_000_000
-"""Nanoseconds in a second."""
 
 
 @dataclass(slots=True)

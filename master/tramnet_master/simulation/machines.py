@@ -79,13 +79,18 @@ def machine(node: str, mbaud: int) -> Machine:
     raise InvalidOption("--node", repr(node), f"one of {', '.join(NODES)}")
 
 
+def factor(node: str) -> float:
+    """Return how many times as long a node takes for floating-point work as this core."""
+    return T805_INVERSE_DYNAMICS / inverse_dynamics_here() if node == T805 else 1.0
+
+
 def carried_over(workload: Workload, node: str) -> Workload:
     """Return a workload that was measured on this core as it would be on a node."""
     if node != T805:
         return workload
     return structs.replace(
         workload,
-        evaluation=workload.evaluation * T805_INVERSE_DYNAMICS / inverse_dynamics_here(),
+        evaluation=workload.evaluation * factor(node),
         breeding=workload.population * workload.genes * T805_BREEDING,
     )
 
@@ -94,11 +99,15 @@ def carried_over(workload: Workload, node: str) -> Workload:
 def inverse_dynamics_here() -> float:
     """Return the time of the yardstick on this core [s], the best of some trials."""
     arm = akb()
+    table, gravity = (
+        np.array(arm.table),
+        np.array(arm.gravity),
+    )  # as the fingerprint has them compiled
     rng = np.random.default_rng(560)
     states = [rng.uniform(-reach, reach, (_STATES, arm.n_joints)) for reach in (np.pi, 5.0, 30.0)]
     best = float("inf")
     for _ in range(_REPEATS):
         began = time.perf_counter()
-        inverse_dynamics_batch(arm.table, arm.gravity, *states)
+        inverse_dynamics_batch(table, gravity, *states)
         best = min(best, time.perf_counter() - began)
     return best / _STATES

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from msgspec import Struct
 
 from tramnet_master.errors import InvalidOption
-from tramnet_master.simulation.farm import SECOND, Lap, VirtualFarm
+from tramnet_master.simulation.agenda import SECOND
+from tramnet_master.simulation.farm import Lap, VirtualFarm
 from tramnet_master.simulation.machines import Machine
 from tramnet_master.simulation.network import Traffic, Way
 from tramnet_master.simulation.routes import RoundTrip, round_trips
