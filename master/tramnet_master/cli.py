@@ -7,19 +7,19 @@ from typing import Annotated
 
 import typer
 
-from tramnet_master.commands import network, results, runs, tables, topology
+from tramnet_master.commands import network, results, runs, simulate, tables, topology
 from tramnet_master.commands.echo import echo
 from tramnet_master.commands.inspect import inspect
 from tramnet_master.commands.record import record
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
-from tramnet_protocol.errors import BadEndpoint, BadKey, BadTopology, ProtocolError
+from tramnet_protocol.errors import BadEndpoint, BadKey, BadLink, BadTopology, ProtocolError
 from tramnet_workers.errors import InvalidParameters, InvalidTask, UnknownProblem, WorkersError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _BAD_INPUT = (
-    BadKey, BadEndpoint, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
+    BadKey, BadEndpoint, BadLink, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
 )  # fmt: skip
 
 app = typer.Typer(
@@ -31,6 +31,7 @@ app = typer.Typer(
 )
 app.add_typer(runs.app, name="run")
 app.add_typer(tables.app, name="table")
+app.add_typer(simulate.app, name="simulate")
 app.command()(runs.resume)
 app.command()(network.worker)
 app.command()(network.scale)

@@ -132,3 +132,17 @@ CheckpointSeconds: TypeAlias = Annotated[
         help="Seconds between checkpoints.",
     ),
 ]  # fmt: skip
+Node: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        envvar="TRAMNET_NODE", rich_help_panel=_FARM,
+        help="Machine of the 1990s to keep link books for, in virtual time: t805-25, or none.",
+    ),
+]  # fmt: skip
+Mbaud: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        envvar="TRAMNET_MBAUD", rich_help_panel=_FARM,
+        help="Speed of a transputer's links: 5, 10 or 20.",
+    ),
+]  # fmt: skip

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypedDict
 
 from tramnet_master.engines.engine import Engine
-from tramnet_master.results import BestFound, Result
+from tramnet_master.results import BestFound, Booked, Result
 from tramnet_master.run_folder import OpenRunFolder
 from tramnet_protocol.messages import Setup
 
@@ -30,6 +30,7 @@ class Common(TypedDict):
     final_population_sha256: str
     paper: float | None
     versions: dict[str, str]
+    link_books: Booked | None
 
 
 class Timing(TypedDict):

@@ -9,9 +9,14 @@ import msgspec
 
 from tramnet_master.errors import InvalidFile, InvalidOption
 from tramnet_master.farm.rules import Rules
+from tramnet_master.simulation.machines import T805, machine
 from tramnet_master.topologies import find_shape
+from tramnet_master.traffic.books import LinkBooks
 from tramnet_protocol.edge_list import edge_list_shape
 from tramnet_protocol.topology import Shape
+
+NO_NODE = "none"
+"""Stands for a node where no link books are to be kept."""
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,8 @@ class RunOptions:
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
+        node: Whose machine the link books are kept for, or ``none`` for no books.
+        mbaud: Speed of its links [Mbaud].
     """
 
     workers: int = 2
@@ -37,6 +44,8 @@ class RunOptions:
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
+    node: str = T805
+    mbaud: int = 20
 
     def shape(self) -> Shape:
         """Return the shape of the network.
@@ -46,6 +55,19 @@ class RunOptions:
             InvalidFile: The file of links cannot be used.
         """
         return find_shape(self.topology)
+
+    def books(self) -> LinkBooks | None:
+        """Return empty link books, or None where none are to be kept.
+
+        Raises:
+            InvalidOption: There is no such node.
+            BadLink: Its links have no such speed.
+        """
+        if self.node == NO_NODE:
+            return None
+        if self.node != T805:
+            raise InvalidOption("--node", repr(self.node), f"{T805} or {NO_NODE}")
+        return LinkBooks(machine(self.node, self.mbaud))
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.

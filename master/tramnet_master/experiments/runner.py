@@ -19,6 +19,7 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
+from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import Engine, HoldsPopulations
 from tramnet_master.errors import Interrupted, NetworkTaken, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
@@ -29,8 +30,8 @@ from tramnet_master.farm.reception import House
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
-from tramnet_master.results import BestFound, Messages, Result, versions
-from tramnet_master.run_folder import HISTORY, OpenRunFolder
+from tramnet_master.results import BestFound, Booked, Messages, Result, versions
+from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
@@ -130,7 +131,10 @@ class Root:
             options.allow_mixed,
         )
         hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
-        self._farm = Farm(channel, Keys(network), house, self._shape, Scheduler(rules), hands)
+        self._books = options.books()
+        self._farm = Farm(
+            channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books
+        )
 
     def __enter__(self) -> "Root":
         return self
@@ -153,6 +157,9 @@ class Root:
             saved = checkpoint.state["engine"]
             assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
             experiment.engine.restore(saved)
+            books = checkpoint.state.get("books")
+            if self._books is not None and isinstance(books, dict):
+                self._books.restore(books)
         self._start_workers()
         Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
         self._farm.open()
@@ -234,6 +241,7 @@ class Root:
             "lost": self._lost,
             "condemned": self._condemned,
             "mixed": self._mixed,
+            "books": None if self._books is None else self._books.state(),
         }
         self._folder.checkpoints.save(state, engine.generation)
 
@@ -259,6 +267,7 @@ class Root:
             final_population_sha256=population_hash(engine),
             paper=experiment.paper,
             versions=versions(),
+            link_books=self._close_books(),
         )
         here = max(self._over - self._began, 1e-9)
         live = max(1, len(farm.membership.live))
@@ -282,6 +291,12 @@ class Root:
             for c in counted
             if c.sent or c.received
         }
+
+    def _close_books(self) -> Booked | None:
+        if self._books is None:
+            return None
+        write_table(self._folder.path / LINKS, self._books.totals.columns())
+        return self._books.summary(self._options.mbaud)
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began

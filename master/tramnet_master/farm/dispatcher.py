@@ -18,6 +18,7 @@ from msgspec import Struct
 
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
+from tramnet_master.farm.books import Books, NoBooks
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
 from tramnet_master.farm.holders import Holders
@@ -147,6 +148,7 @@ class Farm:
         shape: What the TRAMs are wired in.
         scheduler: Decides.
         hands: What others do for the farm.
+        books: Who is told what passes, or None for nobody.
 
     Attributes:
         inbox: Where everything arrives.
@@ -168,6 +170,7 @@ class Farm:
         shape: Shape,
         scheduler: Scheduler,
         hands: Hands,
+        books: Books | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
         self.membership = Membership(shape, house.root_incarnation)
@@ -181,6 +184,7 @@ class Farm:
         self._keys = keys
         self._hands = hands
         self._scheduler = scheduler
+        self._books = books or NoBooks()
         identity = Identity(house.run, ROOT, house.root_incarnation)
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
@@ -364,6 +368,7 @@ class Farm:
             self._handle(events.Raised(tram, outcome.work, str(error)))
             return
         self._arrived = collection, outcome
+        self._books.answered(tram, outcome, snapshot)
         self._handle(events.Answered(tram, outcome.work, outcome.seconds, bad))
         self._arrived = None
 
@@ -412,7 +417,9 @@ class Farm:
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
             case events.Send(tram, work) | events.Repeat(tram, work):
-                self._send(tram, self._collection(work).chunk(work))
+                chunk = self._collection(work).chunk(work)
+                self._books.sent(tram, chunk)
+                self._send(tram, chunk)
             case events.Accept(tram, _, part):
                 assert self._arrived is not None, "only an arriving outcome is accepted"
                 collection, outcome = self._arrived
@@ -447,6 +454,8 @@ class Farm:
         collections.remove(collection)
         if not collections:
             del self._open[_place(work)]
+        if not self._open:
+            self._books.idle()
         self.compute_seconds += collection.seconds
         self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
 
@@ -513,6 +522,7 @@ class Farm:
         """Have everybody send by the new wiring, and tell the scheduler; who joined or was lost comes after."""
         wiring, live = self.membership.wiring, self.membership.live
         self._exchange.rewire(wiring)
+        self._books.rewired(wiring)
         self.inbox.widen(len(live))
         order = self._frame(wiring)
         for member in live:

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import msgspec
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -11,7 +12,8 @@ from tramnet_master.console import people
 from tramnet_master.progress import plural
 from tramnet_master.reports.findings import Findings
 from tramnet_master.reports.tables import new_table
-from tramnet_master.results import ServoResult
+from tramnet_master.results import Booked, ServoResult
+from tramnet_master.wording import time_span
 
 Fact = tuple[str, str]
 
@@ -72,6 +74,7 @@ def facts_of(found: Findings) -> Iterator[Fact]:
         f"{workers} {plural('worker', workers)} in a {found.text('topology')}, {lost:g} lost, "
         f"{condemned} {plural('individual', condemned)} condemned",
     )
+    yield from _link_books(found)
     yield (
         "paths" if found.rows("scenes") else "population",
         f"SHA-256 {found.text('final_population_sha256')[:16]}..",
@@ -90,6 +93,29 @@ def _motion(found: Findings) -> Iterator[Fact]:
         if other:
             yield f"  {name}", f"{other:.4f} s; the plan is {_compared(time / other - 1)}"
     yield "end velocity", f"{_short(found.number('end_velocity_rad_s'))} rad/s, over all joints"
+
+
+def _link_books(found: Findings) -> Iterator[Fact]:
+    """What the network would have been like if it had been made of transputers: virtual time, not this run's."""
+    books = found.table("link_books")
+    if not books:
+        return
+    booked = msgspec.convert(books, Booked)
+    each = ", ".join(
+        f"{time_span(seconds)} to {kind}" for kind, seconds in booked.seconds_each.items()
+    )
+    left_out = booked.rounds - booked.booked
+    yield (
+        f"on {booked.node}",
+        f"{time_span(booked.seconds)} of virtual time for {booked.booked:,} rounds"
+        f"{f' ({left_out:,} not booked)' if left_out else ''}, {each}",
+    )
+    if booked.busiest is not None:
+        yield (
+            f"  {booked.mbaud} Mbaud",
+            f"{booked.frames:,} frames, {booked.bytes:,} bytes; busiest link {booked.busiest[0]} → "
+            f"{booked.busiest[1]}, busy for {booked.utilisation:.1%}",
+        )
 
 
 def _compared(gap: float) -> str:
