@@ -107,12 +107,14 @@ class Hands:
         steer: Does what somebody at the control topic asks.
         tell: Takes a line for people.
         give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
+        note: Writes down that a worker joined, was lost or is replaced.
     """
 
     replace: Callable[[Member, str], None]
     steer: Callable[[ControlRequest], ControlReply]
     tell: Callable[[str], None]
     give_up: Callable[[str], None]
+    note: Callable[[str, Mapping[str, object]], None]
 
 
 class Farm:
@@ -182,14 +184,15 @@ class Farm:
         )
         channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
         channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
-        channel.serve(
             keys.control,
             lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
         )
+        # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
+        channel.serve(
+            keys.join,
+            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
+        )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -411,7 +414,7 @@ class Farm:
             "supervisor": member.request.supervisor,
             "cause": cause,
         }
-        self.announce("replace", detail)
+        self._tell_all("replace", detail)
         self._hands.replace(member, cause)
 
     # Workers and wires.
@@ -419,7 +422,7 @@ class Farm:
     def _lose(self, member: Member) -> None:
         self.lost += 1
         self._hands.tell(f"TRAM {member.tram.seat} is lost")
-        self.announce("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
+        self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
         self._rewire()
         self._handle(events.WorkerLost(member.tram))
 
@@ -431,7 +434,11 @@ class Farm:
             "pid": member.request.pid,
             "live": len(self.membership.live),
         }
-        self.announce("joined", detail)
+        self._tell_all("joined", detail)
+
+    def _tell_all(self, name: str, detail: Mapping[str, object]) -> None:
+        self._hands.note(name, detail)
+        self.announce(name, detail)
 
     def _rewire(self) -> None:
         wiring = self.membership.wiring

@@ -70,7 +70,9 @@ class WiringArrived(Struct, frozen=True):
 
 
 class RootVanished(Struct, frozen=True):
-    """The root's token has disappeared."""
+    """The root's token has disappeared, as seen over this channel."""
+
+    channel: object
 
 
 class Wanted(Struct, frozen=True):
@@ -252,6 +254,10 @@ class Service:
         return self._states.phase is states.Phase.GONE
 
     def _join(self, channel: Channel) -> bool:
+        # Before the question: who is answered has seen the root's token, and will see it go.
+        channel.watch_tokens(
+            self._keys.alive(ROOT), lambda _, alive: self._watch_root(channel, alive)
+        )
         request = JoinRequest(
             PROTOCOL_VERSION,
             version("tramnet"),
@@ -280,16 +286,15 @@ class Service:
             lambda key, payload: self._take(exchange, key, payload),
         )
         channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_wiring)
-        channel.watch_tokens(self._keys.alive(ROOT), self._watch_root)
         self._apply(states.Joined(membership, reply.setup))
         return True
 
     def _enqueue_wiring(self, key: str, payload: bytes) -> None:
         self._inbox.put_from(key, len(payload), WiringArrived(payload))
 
-    def _watch_root(self, _: str, alive: bool) -> None:
+    def _watch_root(self, channel: Channel, alive: bool) -> None:
         if not alive:
-            self._inbox.put(RootVanished())
+            self._inbox.put(RootVanished(channel))
 
     def _serve(self, channel: Channel) -> bool:
         """Take in what arrives; return whether to look for another root."""
@@ -301,7 +306,7 @@ class Service:
                 match item:
                     case WiringArrived(payload):
                         self._take_wiring(payload)
-                    case RootVanished():
+                    case RootVanished(seen_by) if seen_by is channel:
                         return self._apply(states.RootLost())
                     case Wanted(reason):
                         self._apply(states.StopReceived(reason))
