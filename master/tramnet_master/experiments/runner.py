@@ -5,14 +5,12 @@ import hashlib
 import itertools
 import os
 import secrets
-import signal
 import socket
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import FrameType
 
 import msgspec
 import numpy as np
@@ -20,7 +18,15 @@ import numpy as np
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
 from tramnet_master.engines.engine import Engine
-from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
+from tramnet_master.errors import (
+    CannotWrite,
+    Interrupted,
+    InvalidFile,
+    InvalidOption,
+    NetworkTaken,
+    RunFailed,
+    RunStopped,
+)
 from tramnet_master.experiments.experiment import Common, Experiment, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
@@ -31,6 +37,7 @@ from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
 from tramnet_master.results import BestFound, Result, versions
 from tramnet_master.run_folder import HISTORY, OpenRunFolder
+from tramnet_master.signals import ending, interrupting
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest
 from tramnet_protocol.transport import ZenohChannel, open_root
@@ -129,8 +136,9 @@ def run(
 
     Raises:
         Interrupted: Somebody asked it to stop.
+        RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
-    with ExitStack() as stack:
+    with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
         observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
@@ -142,7 +150,12 @@ def run(
             )
         )
         root = Root(experiment, options, network, channel, folder, progress)
-        return folder.path, stack.enter_context(root).run()
+        try:
+            return folder.path, stack.enter_context(root).run()
+        except (KeyboardInterrupt, BrokenPipeError) as error:
+            raise Interrupted(folder.path) from error
+        except CannotWrite as error:
+            raise RunStopped(folder.path, str(error)) from error
 
 
 class Root:
@@ -184,7 +197,7 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up)
+        hands = Hands(self._replace, self._steer, self._tell, self._give_up, folder.log)
         self._farm = Farm(channel, Keys(network), house, options.topology, Scheduler(rules), hands)
 
     def __enter__(self) -> "Root":
@@ -209,6 +222,9 @@ class Root:
             assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
             experiment.engine.restore(saved)
         self._farm.open()
+        folder.log(
+            "open", {"endpoint": self._channel.endpoint, "generation": experiment.engine.generation}
+        )
         self._start_workers()
         outline = Outline(
             experiment.title,
@@ -216,7 +232,7 @@ class Root:
             experiment.engine.generation,
             experiment.engine.evaluations,
         )
-        with _signals(self._farm.interrupt):
+        with ending(self._farm.interrupt):
             self._progress.start(outline)
             try:
                 with History(folder.path / HISTORY, experiment.engine.generation) as history:
@@ -249,7 +265,11 @@ class Root:
         while not engine.finished:
             for work in engine.ask():
                 farm.submit(work)
-            finished = farm.next_outcome()
+            try:
+                finished = farm.next_outcome()
+            except RunFailed as error:
+                self._save(history, engine)
+                raise RunStopped(self._folder.path, str(error)) from error
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
@@ -348,8 +368,9 @@ class Root:
             raise RunFailed(f"{what} (--on-failure stop)")
 
     def _ended(self, ended: Ended) -> None:
-        self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
         self._farm.inbox.put(ended)
+        with suppress(CannotWrite):  # on the supervisor's thread; the main one will meet it too
+            self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
 
     def _steer(self, request: ControlRequest) -> ControlReply:
         """Do what somebody asks.
@@ -453,20 +474,3 @@ def _document(
         },
         experiment.name: dict(experiment.document),
     }
-
-
-@contextmanager
-def _signals(interrupt: Callable[[], None]) -> Iterator[None]:
-    """Have the first Ctrl-C, SIGTERM or closed terminal end the run in order; a second one at once."""
-
-    def first(number: int, _: FrameType | None) -> None:
-        signal.signal(number, signal.default_int_handler)
-        interrupt()
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, first) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
