@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from tramnet_master.engines.engine import GenerationRow
 from tramnet_master.engines.farmed import GenerationalEngine
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.experiments.runner import RunOptions, run
 from tramnet_master.progress import QuietProgress
 from tramnet_master.results import Result
@@ -104,7 +104,7 @@ class TimedEngine(GenerationalEngine):
 def run_sphere(engine: GenerationalEngine, workers: int, delay: float) -> Result:
     """Run the sphere function over the farm and return the result."""
 
-    def conclude(_: OpenRunFolder, common: Common, timing: Timing) -> Result:
+    def conclude(_: OpenRunFolder, common: Common, __: Timing, ___: Load) -> Result:
         return Result(**common)
 
     setup = Setup("sphere", {"dimension": DIMENSION, "delay": delay})

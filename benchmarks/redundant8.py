@@ -170,7 +170,8 @@ def _distance(
     pose = coal.Transform3s(turn.matrix(), (start + end) / 2)
     result = coal.DistanceResult()
     radius = 0.01  # a capsule of none is not measured
-    return coal.distance(coal.Capsule(radius, length), pose, box, place, request, result) + radius
+    apart = coal.distance(coal.Capsule(radius, length), pose, box, place, request, result)
+    return float(apart) + radius
 
 
 def _check_agreement(

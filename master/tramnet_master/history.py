@@ -6,6 +6,7 @@ happens, a finished run's history is that of an undisturbed one, but for its tim
 """
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
@@ -45,18 +46,16 @@ class History:
         with writing(path):
             self._file = path.open("a", buffering=_BUFFER, encoding="ascii", newline="")
 
-    def append(self, row: GenerationRow, elapsed: float) -> None:
-        """Add the row of a generation.
+    def append(self, rows: Sequence[GenerationRow], elapsed: float) -> None:
+        """Add the rows of generations that were completed at once.
 
         Args:
-            row: The next generation.
+            rows: The next generations.
             elapsed: Since the run began, the time before a resume included [s].
         """
-        numbers = (float(value) for value in row[2:])
+        end = f",{float(elapsed):.6f}\n"
         with writing(self.path):
-            self._file.write(
-                f"{row[0]},{row[1]},{','.join(map(repr, numbers))},{float(elapsed):.6f}\n"
-            )
+            self._file.write("".join([_line(row) + end for row in rows]))
 
     def flush(self) -> None:
         """Force all rows to the disk; done before a checkpoint is written."""
@@ -76,6 +75,10 @@ class History:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _line(row: GenerationRow) -> str:
+    return ",".join([str(row[0]), str(row[1]), *(repr(float(value)) for value in row[2:])])
 
 
 def cut_back(path: Path, generation: int) -> None:

@@ -4,7 +4,8 @@ run.toml          everything needed to repeat the run, on disk before its first 
 history.csv       a row a generation (``history``)
 log.jsonl         what happened, an object a line; locked by the process that writes the folder
 checkpoint-*      the last two states (``checkpoints``)
-trajectory.csv    the plan, in steps of 0.5 ms or finer (``trajectories``)
+trajectory.csv    the plan, in steps of 0.5 ms or finer (``trajectories``), or the path that was followed, point by
+                  point (``tracked_paths``); trajectory-<name>.csv where there are several scenes
 nodes.csv         the plan's nodes
 straight_line.csv the straight line, timed optimally, to compare the plan with
 servo-*.csv       the plan replayed through a servo
@@ -40,8 +41,18 @@ NODES = "nodes.csv"
 STRAIGHT_LINE = "straight_line.csv"
 RESULT = "result.json"
 SERVO = "servo-{period}ms.csv"
+_SCENE_TRAJECTORY = "trajectory-{name}.csv"
 
-_OURS = (RUN, HISTORY, TRAJECTORY, NODES, STRAIGHT_LINE, RESULT, "servo-*.csv")
+_OURS = (
+    RUN,
+    HISTORY,
+    TRAJECTORY,
+    _SCENE_TRAJECTORY.format(name="*"),
+    NODES,
+    STRAIGHT_LINE,
+    RESULT,
+    "servo-*.csv",
+)
 _OUR_FIGURES = (
     "objective",
     "position",
@@ -50,6 +61,13 @@ _OUR_FIGURES = (
     "acceleration",
     "comparison",
     "servo",
+    "joint_angles",
+    "joint_angles-*",
+    "tracking",
+    "tracking-*",
+    "postures",
+    "postures-*",
+    "scenes",
 )
 _HEAD = b"# A run of tramnet: everything needed to repeat it.\n\n"
 
@@ -187,6 +205,11 @@ class OpenRunFolder(RunFolder):
 
     def _log_warning(self, text: str) -> None:
         self.log("warning", {"text": text})
+
+
+def trajectory_file(scene: str) -> str:
+    """Name of the file with what a scene's arm did; ``scene`` is empty for the only one of a run."""
+    return _SCENE_TRAJECTORY.format(name=scene) if scene else TRAJECTORY
 
 
 def default_folder(parent: Path, experiment: str, today: datetime.date) -> Path:

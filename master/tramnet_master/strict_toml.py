@@ -1,8 +1,8 @@
 """Strict reading of a user's TOML file into a typed struct; the first mistake becomes one ``InvalidFile``.
 
-What a file may say is a frozen ``msgspec.Struct``, tables as structs in it. A field's ``Meta`` description says in
-words what is expected, and stands in the message. Nothing is guessed: a key nobody knows, a key twice under two
-spellings, text for a number or a NaN is an error that names the field.
+What a file may say is a frozen ``msgspec.Struct``, tables as structs in it and arrays of tables as their lists.
+A field's ``Meta`` description says in words what is expected, and stands in the message. Nothing is guessed: a key
+nobody knows, a key twice under two spellings, text for a number or a NaN is an error that names the field.
 """
 
 import math
@@ -135,8 +135,9 @@ def _refuse_unknown(
     document: Table, keys: Mapping[str, Key], aliases: Mapping[str, str], path: Path
 ) -> None:
     for field in _fields_of(document, keys):
-        if field not in keys:
-            table, _, name = field.rpartition(".")
+        plain = _without_indices(field)
+        if plain not in keys:
+            table, _, name = plain.rpartition(".")
             known = {key.rpartition(".")[2]: key for key in keys}
             here = [key.rpartition(".")[2] for key in keys if key.rpartition(".")[0] == table]
             meant = closest(name, here) or closest(name, [*known, *aliases])
@@ -146,18 +147,45 @@ def _refuse_unknown(
 
 def _fields_of(document: Table, keys: Mapping[str, Key], table: str = "") -> Iterator[str]:
     for name, value in document.items():
-        yield f"{table}{name}"
-        key = keys.get(f"{table}{name}")
-        if isinstance(value, dict) and key is not None and _table_type(key.kind):
-            yield from _fields_of(value, keys, f"{table}{name}.")
+        field = f"{table}{name}"
+        yield field
+        key = keys.get(_without_indices(field))
+        if key is not None and _table_type(key.kind):
+            for inner, place in _tables_in(value, field):
+                yield from _fields_of(inner, keys, f"{place}.")
+
+
+def _tables_in(value: object, field: str) -> Iterator[tuple[Table, str]]:
+    """The table, or the tables of the list, that stands at a field, with their places."""
+    if isinstance(value, dict):
+        yield value, field
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            if isinstance(inner, dict):
+                yield inner, f"{field}[{i}]"
+
+
+def _without_indices(field: str) -> str:
+    return re.sub(r"\[\d+\]", "", field)
 
 
 def _refuse_missing(document: Table, keys: Mapping[str, Key], path: Path) -> None:
     for key in keys.values():
         table, _, name = key.field.rpartition(".")
-        inside = _at(document, table) if table else document
-        if key.required and isinstance(inside, dict) and name not in inside:
-            raise InvalidFile(path, key.field, "nothing", _expected(key) or "a value")
+        for inside, place in _tables_at(document, table):
+            if key.required and name not in inside:
+                field = f"{place}.{name}" if place else name
+                raise InvalidFile(path, field, "nothing", _expected(key) or "a value")
+
+
+def _tables_at(document: Table, table: str) -> Iterator[tuple[Table, str]]:
+    """All tables of a dotted name without indices, with their places; the document for none."""
+    if not table:
+        yield document, ""
+        return
+    outer, _, name = table.rpartition(".")
+    for inside, place in _tables_at(document, outer):
+        yield from _tables_in(inside.get(name), f"{place}.{name}" if place else name)
 
 
 def _refuse_unbounded(document: Table, unbounded: Collection[str], path: Path) -> None:
@@ -189,7 +217,9 @@ def _invalid(
     wanted = message[: at.start()] if at else message
     wanted = wanted.removeprefix("Expected ").partition(", got")[0]
     expected = re.sub(r"`([^`]*)`", lambda types: _translated(types[1]), wanted)
-    described = _expected(keys[field]) if field in keys else ""
+    # An index at the end is that of an element, of which the description does not speak.
+    key = keys.get(re.sub(r"\[\d+\](?=.)(?!$)", "", field))
+    described = _expected(key) if key is not None else ""
     return InvalidFile(path, field, spell(_at(document, field)), described or expected)
 
 

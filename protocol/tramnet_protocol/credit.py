@@ -5,6 +5,7 @@ message out. A sender within its credit of unacknowledged bytes never meets the 
 """
 
 import threading
+from collections import Counter
 from collections.abc import Mapping
 
 from tramnet_protocol.limits import CREDIT_BYTES
@@ -27,6 +28,7 @@ class ReceiveCredit:
         self._limit = limit
         self._lock = threading.Lock()
         self._waiting: dict[str, int] = {}  # source -> bytes that wait, never 0
+        self._messages: Counter[str] = Counter()  # source -> messages that wait
         self._dropped: dict[str, int] = {}  # source -> messages refused
 
     @property
@@ -34,6 +36,12 @@ class ReceiveCredit:
         """Messages refused so far, by source."""
         with self._lock:
             return dict(self._dropped)
+
+    @property
+    def waiting(self) -> Mapping[str, int]:
+        """Messages that wait now, by source."""
+        with self._lock:
+            return {source: n for source, n in self._messages.items() if n}
 
     def admit(self, source: str, size: int) -> bool:
         """Count a message that arrived and return whether it may wait; one that may not is counted as dropped.
@@ -49,11 +57,13 @@ class ReceiveCredit:
                 self._dropped[source] = self._dropped.get(source, 0) + 1
                 return False
             self._waiting[source] = waiting + cost
+            self._messages[source] += 1
             return True
 
     def release(self, source: str, size: int) -> None:
         """Give back the credit of a message that was admitted and is taken out now."""
         with self._lock:
+            self._messages[source] -= 1
             left = self._waiting[source] - size - MESSAGE_COST
             if left:
                 self._waiting[source] = left

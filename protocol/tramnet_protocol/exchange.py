@@ -4,16 +4,19 @@ Pure bookkeeping: no socket and no thread. Whoever owns an exchange keeps its ca
 """
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import NamedTuple
 
-from tramnet_protocol.codec import Frame, Header, decode, encode
+from tramnet_protocol.codec import MESSAGES, Frame, Header, decode, encode, tag_of
 from tramnet_protocol.errors import MalformedFrame, ProtocolError, UnknownKey
 from tramnet_protocol.keys import Keys, parse
-from tramnet_protocol.messages import MAX_WORD, LinkCounters, Message, Wiring
+from tramnet_protocol.messages import MAX_WORD, LinkCounters, Message, TagCounters, Wiring
 from tramnet_protocol.sequences import SequenceChecker, SequenceCounter
 from tramnet_protocol.topology import graph_of
+
+NOTHING_WAITS: Mapping[str, int] = MappingProxyType({})
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +55,16 @@ class _Incoming:
     checker: SequenceChecker = field(default_factory=lambda: SequenceChecker(from_start=False))
 
 
+@dataclass(slots=True)
+class _Tag:
+    """Messages of one kind, made here or addressed to this node."""
+
+    sent: int = 0
+    sent_bytes: int = 0
+    received: int = 0
+    received_bytes: int = 0
+
+
 class Exchange:
     """The frames of one node.
 
@@ -74,6 +87,7 @@ class Exchange:
         self._numbers = SequenceCounter()
         self._sent: dict[int, _Outgoing] = {}  # by TRAM
         self._received: dict[str, _Incoming] = {}  # by key, so that a key is parsed once
+        self._tags: dict[str, _Tag] = {tag: _Tag() for tag in sorted(MESSAGES)}
         self.rewire(wiring)
 
     @property
@@ -118,6 +132,9 @@ class Exchange:
             link = self._sent[hop] = _Outgoing(self._keys.link(self.identity.seat, hop))
         link.frames += 1
         link.bytes += len(payload)
+        tag = self._tags[tag_of(message)]
+        tag.sent += 1
+        tag.sent_bytes += len(payload)
         return link.key, payload
 
     def incoming(self, key: str, payload: bytes) -> Frame | None:
@@ -147,18 +164,35 @@ class Exchange:
             self.foreign += 1
             link.dropped += 1
             return None
+        tag = self._tags.get(frame.header.tag)
+        if tag is not None:
+            tag.received += 1
+            tag.received_bytes += len(payload)
         return frame
 
-    def counters(self) -> Iterator[LinkCounters]:
-        """Yield the counters of every link this node has sent or received on."""
+    def counters(self, waiting: Mapping[str, int] = NOTHING_WAITS) -> Iterator[LinkCounters]:
+        """Yield the counters of every link this node has sent or received on.
+
+        Args:
+            waiting: Frames that wait at this node, to be sent or to be taken, by key of their link.
+        """
         own = self.identity.seat
         for hop, sent in self._sent.items():
-            yield LinkCounters(own, hop, sent.frames, sent.bytes)
-        for got in tuple(
-            self._received.values()
-        ):  # another thread may take the first frame of a link
+            queued = waiting.get(sent.key, 0)
+            yield LinkCounters(own, hop, sent.frames, sent.bytes, queued=queued)
+        # Another thread may take the first frame of a link.
+        for key, got in tuple(self._received.items()):
             gaps = min(got.checker.missed, MAX_WORD)
-            yield LinkCounters(got.source, own, got.frames, got.bytes, got.dropped, gaps)
+            queued = waiting.get(key, 0)
+            yield LinkCounters(got.source, own, got.frames, got.bytes, got.dropped, gaps, queued)
+
+    def tags(self) -> Iterator[TagCounters]:
+        """Yield the counters of every kind of message this node has made or taken, by tag."""
+        for tag, seen in self._tags.items():
+            if seen.sent or seen.received:
+                yield TagCounters(
+                    tag, seen.sent, seen.sent_bytes, seen.received, seen.received_bytes
+                )
 
     def forget(self, seat: int) -> None:
         """Begin the link with a TRAM anew: another worker will take that seat."""

@@ -25,6 +25,11 @@ class Inbox(Generic[Item]):
         """Messages refused so far, by source."""
         return self._credit.dropped
 
+    @property
+    def waiting(self) -> Mapping[str, int]:
+        """Messages that wait now, by source."""
+        return self._credit.waiting
+
     def put(self, item: Item) -> None:
         """Enqueue something of this process's own."""
         self._queue.put(("", 0, item))

@@ -5,8 +5,8 @@ those without a default; the frame's header names its tag (see ``codec.py`` and 
 ``protocol/README.md``). Nothing here knows a socket or a clock.
 
 The root tells workers what to do (``Setup``, the three kinds of ``Work``, ``Stop``); workers answer
-(``Evaluated``, ``Evolved``, ``Tracked`` or ``Failed``). A worker enters by ``JoinRequest`` and is answered by
-``JoinReply`` or ``Refusal``; people steer by ``ControlRequest``.
+(``Evaluated``, ``PopulationMeans``, ``Tracked`` or ``Failed``). A worker enters by ``JoinRequest`` and is answered
+by ``JoinReply`` or ``Refusal``; people steer by ``ControlRequest``.
 """
 
 import enum
@@ -16,7 +16,7 @@ from msgspec import Meta, Struct
 
 from tramnet_protocol.arrays import Array
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 MAX_WORD = 2**63 - 1
 
 Count: TypeAlias = Annotated[int, Meta(ge=0, le=2**32 - 1)]
@@ -79,17 +79,23 @@ class Evaluate(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Evolve(Struct, frozen=True, forbid_unknown_fields=True):
-    """Evolve populations ``first`` to ``last`` by one generation, with the others' connecting values.
+    """Bring populations ``first`` to ``last`` one generation further, with everybody's connecting values.
 
     Attributes:
-        work: Identity; its affinity is the TRAM that holds these populations.
-        means: Connecting values of all populations, of shape (populations, values).
-        populations: Snapshot to restore first, or None where the worker holds the state.
+        work: Identity; ``population`` counts the searches of a run, and ``step`` is the generation to evaluate: 0
+            begins. A worker that holds the populations is sent the rest without state.
+        means: Connecting values of all populations in generations ``step - n`` to ``step - 1``, of shape
+            (n, populations, values); one generation where the worker holds the state.
+        snapshot: Whether a ``PopulationSnapshot`` shall come with the answer.
+        populations: Snapshot of generation ``step - n`` to go on from, or None to begin anew or go on.
+        problem: What the populations evolve on, for a worker that holds nothing of it, else None.
     """
 
     work: WorkId
     means: Array
+    snapshot: bool = False
     populations: Array | None = None
+    problem: dict[str, object] | None = None
 
 
 class Track(Struct, frozen=True, forbid_unknown_fields=True):
@@ -118,20 +124,36 @@ class Evaluated(Struct, frozen=True, forbid_unknown_fields=True):
     seconds: Seconds
 
 
-class Evolved(Struct, frozen=True, forbid_unknown_fields=True):
-    """Answer to ``Evolve``.
+class PopulationMeans(Struct, frozen=True, forbid_unknown_fields=True):
+    """Answer to ``Evolve``: all that populations tell of themselves; no individual crosses a link.
 
     Attributes:
         work: Identity of the work answered.
-        means: The populations' own connecting values, of shape (size, values).
-        populations: Snapshot for recovery, in the generations that take one.
+        means: The populations' own connecting values in generation ``step``, of shape (size, values): mean, median
+            or best, as configured (Kim & Khosla 1992, eqs 9-11); no row after the last generation.
+        ranking: Of generation ``step - 1``: largest and mean fitness, then traits and terms of the best individual,
+            of shape (size, columns); no row in step 0.
         seconds: Compute time on the worker [s].
     """
 
     work: WorkId
     means: Array
+    ranking: Array
     seconds: Seconds
-    populations: Array | None = None
+
+
+class PopulationSnapshot(Struct, frozen=True, forbid_unknown_fields=True):
+    """State of populations, kept by the root to restore them elsewhere; sent ahead of the answer it belongs to.
+
+    Attributes:
+        work: Identity of the ``Evolve`` that asked for it.
+        populations: Packed chromosomes after that work, of shape (size, individuals, bytes).
+        fitness: Fitness of the generation rated last, of shape (size, individuals).
+    """
+
+    work: WorkId
+    populations: Array
+    fitness: Array
 
 
 class Tracked(Struct, frozen=True, forbid_unknown_fields=True):
@@ -196,6 +218,7 @@ class LinkCounters(Struct, frozen=True, forbid_unknown_fields=True):
         bytes: Number of payload bytes since the start.
         dropped: Frames dropped for any reason.
         gaps: Sequence numbers missed.
+        queued: Frames that wait at the end that counts: to be sent, or arrived and not yet taken.
     """
 
     source: Seat
@@ -204,6 +227,25 @@ class LinkCounters(Struct, frozen=True, forbid_unknown_fields=True):
     bytes: Word
     dropped: Word = 0
     gaps: Word = 0
+    queued: Word = 0
+
+
+class TagCounters(Struct, frozen=True, forbid_unknown_fields=True):
+    """Messages of one kind that a TRAM made or took, each counted once at either end, however many hops it made.
+
+    Attributes:
+        tag: Name of the message.
+        sent: Messages made here and sent.
+        sent_bytes: Their payload bytes.
+        received: Messages addressed to this TRAM that arrived.
+        received_bytes: Their payload bytes.
+    """
+
+    tag: Name
+    sent: Word
+    sent_bytes: Word
+    received: Word
+    received_bytes: Word
 
 
 class Stats(Struct, frozen=True, forbid_unknown_fields=True):
@@ -223,6 +265,7 @@ class Stats(Struct, frozen=True, forbid_unknown_fields=True):
         links: Counters of its links.
         pid: Process id.
         host: Host name.
+        tags: Counters of its messages by tag, in alphabetical order; what routers pass on is not among them.
     """
 
     seat: Seat
@@ -238,6 +281,7 @@ class Stats(Struct, frozen=True, forbid_unknown_fields=True):
     links: tuple[LinkCounters, ...]
     pid: Count
     host: Name
+    tags: tuple[TagCounters, ...] = ()
 
 
 class Event(Struct, frozen=True, forbid_unknown_fields=True):
@@ -298,16 +342,16 @@ class JoinReply(Struct, frozen=True, forbid_unknown_fields=True):
         seat: The TRAM the worker is now.
         incarnation: Incarnation of that seat.
         root_incarnation: Incarnation of the root.
+        setup: The problem; ahead of the wiring, for its bulk has to be among the first values.
         wiring: The wiring that includes it.
-        setup: The problem.
     """
 
     run: Word
     seat: Seat
     incarnation: Count
     root_incarnation: Count
-    wiring: Wiring
     setup: Setup
+    wiring: Wiring
 
 
 class Refusal(Struct, frozen=True, forbid_unknown_fields=True):
@@ -347,13 +391,14 @@ class ControlReply(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 Work: TypeAlias = Evaluate | Evolve | Track
-Outcome: TypeAlias = Evaluated | Evolved | Tracked
+Outcome: TypeAlias = Evaluated | PopulationMeans | Tracked
 Message: TypeAlias = (
     Evaluate
     | Evolve
     | Track
     | Evaluated
-    | Evolved
+    | PopulationMeans
+    | PopulationSnapshot
     | Tracked
     | Failed
     | Setup

@@ -41,10 +41,10 @@ from tramnet_protocol.messages import (
     Evaluate,
     Evaluated,
     Evolve,
-    Evolved,
     Failed,
     Kind,
     Outcome,
+    PopulationMeans,
     Setup,
     Track,
     Tracked,
@@ -363,7 +363,7 @@ def outcome(work: WorkId, seconds: float) -> Outcome:
     if work.kind is Kind.EVALUATE:
         return Evaluated(work, NOTHING, seconds)
     if work.kind is Kind.EVOLVE:
-        return Evolved(work, NOTHING, seconds)
+        return PopulationMeans(work, NOTHING, NOTHING, seconds)
     return Tracked(work, NOTHING, NOTHING, seconds)
 
 

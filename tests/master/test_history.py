@@ -20,7 +20,7 @@ def row(generation: int) -> GenerationRow:
 def write_history(path: Path, generations: range, done: int = 0, elapsed: float = 0.1) -> None:
     with History(path, done) as history:
         for generation in generations:
-            history.append(row(generation), elapsed * generation)
+            history.append([row(generation)], elapsed * generation)
 
 
 def without_time(path: Path) -> list[str]:
@@ -54,7 +54,7 @@ def test_a_history_reads_back_as_columns(path):
 
 def test_infinite_objectives_are_ordinary(path):
     with History(path) as history:
-        history.append(GenerationRow(1, 100, 0.5, float("inf"), float("inf"), 0.5), 0.1)
+        history.append([GenerationRow(1, 100, 0.5, float("inf"), float("inf"), 0.5)], 0.1)
 
     assert read_table(path)["worst"].tolist() == [float("inf")]
 
@@ -77,7 +77,7 @@ def test_a_resumed_history_is_that_of_an_undisturbed_run_but_for_its_time(
 
 def test_rows_reach_the_disk_when_flushed(path):
     history = History(path)
-    history.append(row(1), 0.1)
+    history.append([row(1)], 0.1)
 
     before = read_table(path)["generation"].tolist()
     history.flush()
@@ -137,7 +137,7 @@ def files_no_longer_than(size: int) -> Iterator[None]:
 def test_a_disk_that_takes_no_more_is_told_of(path):
     history = History(path)
     for generation in range(1, 50):
-        history.append(row(generation), 0.1)
+        history.append([row(generation)], 0.1)
 
     with files_no_longer_than(200):
         with pytest.raises(CannotWrite, match=r"history\.csv: cannot be written: File too large"):

@@ -82,7 +82,7 @@ def fill(folder: Path, n_joints: int, generations: int = 20) -> Path:
             for g in range(1, generations + 1):
                 best = 0.4269 + 1 / g
                 row = GenerationRow(g, 100 * g, best, 2 * best, math.inf, best)
-                history.append(row, 0.01 * g)
+                history.append([row], 0.01 * g)
         plan = motion(n_joints, 0.4269)
         plan.write(folder / "trajectory.csv")
         motion(n_joints, 0.3806).write(folder / "straight_line.csv")

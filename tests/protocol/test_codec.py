@@ -34,22 +34,25 @@ from tramnet_protocol.errors import (
 from tramnet_protocol.limits import MAX_ITEMS, MAX_MESSAGE_BYTES, MAX_STRUCTURE_BYTES
 from tramnet_protocol.messages import (
     NOBODY,
+    PROTOCOL_VERSION,
     ControlReply,
     ControlRequest,
     Evaluate,
     Evaluated,
     Event,
     Evolve,
-    Evolved,
     Failed,
     JoinReply,
     JoinRequest,
     Kind,
     LinkCounters,
+    PopulationMeans,
+    PopulationSnapshot,
     Refusal,
     Setup,
     Stats,
     Stop,
+    TagCounters,
     Track,
     Tracked,
     Wiring,
@@ -114,7 +117,7 @@ def struct_of(cls, fields):
 messages = st.one_of([strategy_of(inspect.type_info(kind)) for kind in MESSAGES.values()])
 headers = strategy_of(inspect.type_info(Header))
 small_frames = st.builds(
-    encode, headers.map(lambda h: msgspec.structs.replace(h, version=1)), messages
+    encode, headers.map(lambda h: msgspec.structs.replace(h, version=PROTOCOL_VERSION)), messages
 )
 
 WORK = WorkId(Kind.EVALUATE, 0, 3, 2, 4)
@@ -126,7 +129,13 @@ EXAMPLES = [
     Evolve(WorkId(Kind.EVOLVE, 1, 9, 0, 2), Array.pack(np.array([[0.5]]))),
     Track(WorkId(Kind.TRACK, 0, 0, 0, 100), Array.pack(np.array([0.25, -1.5]))),
     Evaluated(WORK, Array.pack(np.array([1.5, -0.0])), 0.25),
-    Evolved(WorkId(Kind.EVOLVE, 1, 9, 0, 2), Array.pack(np.array([[1.0]])), 2.0, GENOMES),
+    PopulationMeans(
+        WorkId(Kind.EVOLVE, 1, 9, 0, 1),
+        Array.pack(np.array([[1.0]])),
+        Array.pack(np.array([[0.5]])),
+        2.0,
+    ),
+    PopulationSnapshot(WorkId(Kind.EVOLVE, 1, 9, 0, 1), GENOMES, Array.pack(np.array([[0.5]]))),
     Tracked(
         WorkId(Kind.TRACK, 0, 0, 0, 1),
         Array.pack(np.array([[0.5, 0.5]])),
@@ -137,12 +146,25 @@ EXAMPLES = [
     SETUP,
     Stop("scaled to 1"),
     Stats(
-        1, 4, "busy", 12.5, 10.0, 0.5, 1000, 20, 1, 0, (LinkCounters(1, 0, 20, 4000),), 4242, "a"
+        1,
+        4,
+        "busy",
+        12.5,
+        10.0,
+        0.5,
+        1000,
+        20,
+        1,
+        0,
+        (LinkCounters(1, 0, 20, 4000, queued=1),),
+        4242,
+        "a",
+        (TagCounters("evaluated", 20, 4000, 0, 0),),
     ),
     Event("generation", 1.5, {"number": 7, "objective": 0.431}),
     WIRING,
-    JoinRequest(1, "0.1.0", "ab" * 32, "a", 4242, "run"),
-    JoinReply(77, 1, 4, 9, WIRING, SETUP),
+    JoinRequest(2, "0.1.0", "ab" * 32, "a", 4242, "run"),
+    JoinReply(77, 1, 4, 9, SETUP, WIRING),
     Refusal("found version 2, expected 1", True),
     ControlRequest("scale", 6),
     ControlReply("6 workers", {"workers": 6}),
@@ -160,7 +182,7 @@ HEADER = Header(
 
 @given(headers, messages)
 def test_a_message_arrives_as_it_left(header, message):
-    sent = msgspec.structs.replace(header, version=1)
+    sent = msgspec.structs.replace(header, version=PROTOCOL_VERSION)
 
     frame = decode(encode(sent, message))
 
@@ -330,16 +352,18 @@ def test_a_time_that_is_none_is_malformed(seconds):
 
 def test_a_frame_of_another_version_says_so_whatever_its_shape():
     with pytest.raises(UnsupportedVersion) as caught:
-        decode(msgpack.packb([2, {"another": "shape"}]))
+        decode(msgpack.packb([PROTOCOL_VERSION + 1, {"another": "shape"}]))
 
-    assert (caught.value.found, caught.value.expected) == (2, 1)
+    assert (caught.value.found, caught.value.expected) == (PROTOCOL_VERSION + 1, PROTOCOL_VERSION)
     assert "install the same tramnet" in str(caught.value)
 
 
 @pytest.mark.parametrize("length", [1, 2, 9, 11, 4000])
 def test_a_frame_of_another_length_is_malformed(length):
+    payload = msgpack.packb([PROTOCOL_VERSION] * length)
+
     with pytest.raises(MalformedFrame, match=f"expected a frame of {FRAME_LENGTH}"):
-        decode(msgpack.packb([1] * (length - 1) + [b""] if length > 1 else [1]))
+        decode(payload)
 
 
 @pytest.mark.parametrize(
@@ -445,7 +469,7 @@ def test_a_message_above_the_limit_does_not_leave():
     two = Array.pack(np.zeros(MAX_MESSAGE_BYTES // 2, np.uint8))
 
     with pytest.raises(MessageTooLarge) as caught:
-        encode(HEADER, Evolved(WORK, two, 0.0, two))
+        encode(HEADER, PopulationSnapshot(WORK, two, two))
 
     assert caught.value.size > caught.value.limit == MAX_MESSAGE_BYTES
 

@@ -1,15 +1,17 @@
+import msgspec
 import pytest
 
-from tramnet_protocol.codec import Header, decode, encode
+from tramnet_protocol.codec import Header, decode, encode, encode_raw
 from tramnet_protocol.exchange import Exchange, Identity
 from tramnet_protocol.inbox import Inbox
 from tramnet_protocol.keys import Keys
-from tramnet_protocol.messages import Stop, Wiring
+from tramnet_protocol.messages import Setup, Stop, TagCounters, Wiring
 
 KEYS = Keys("net")
 ROOT_ID = Identity(run=5, seat=0, incarnation=9)
 WORKER_ID = Identity(run=5, seat=1, incarnation=3)
 WIRING = Wiring(4, "star", {0: 9, 1: 3, 2: 4}, ((0, 1), (0, 2)))
+SETUP = Setup("sphere", {"dimension": 2})
 
 
 @pytest.fixture
@@ -73,6 +75,42 @@ def test_both_ends_count_the_same_traffic_and_a_gap_is_seen(root, worker):
     assert out.bytes == came.bytes + len(sent[2][1])
 
 
+def test_messages_are_counted_by_tag_where_they_are_made_and_where_they_arrive(root, worker):
+    sent = [root.outgoing((1, 3), message) for message in (Stop("x"), SETUP, Stop("xy"))]
+    for key, payload in sent:
+        worker.incoming(key, payload)
+    sizes = [len(payload) for _, payload in sent]
+
+    assert list(root.tags()) == [
+        TagCounters("setup", 1, sizes[1], 0, 0),
+        TagCounters("stop", 2, sizes[0] + sizes[2], 0, 0),
+    ]
+    assert list(worker.tags()) == [
+        TagCounters("setup", 0, 0, 1, sizes[1]),
+        TagCounters("stop", 0, 0, 2, sizes[0] + sizes[2]),
+    ]
+
+
+def test_tags_of_others_and_unknown_ones_are_not_counted(worker):
+    meant = Header(run=5, destination=1, destination_incarnation=3)
+    foreign = encode(msgspec.structs.replace(meant, run=6), Stop("x"))
+    unknown = encode_raw(msgspec.structs.replace(meant, tag="of another day"), b"")
+    for payload in (foreign, unknown):
+        worker.incoming(KEYS.link(0, 1), payload)
+
+    assert not list(worker.tags())
+
+
+def test_what_waits_is_told_with_the_link_it_waits_for(root, worker):
+    key, payload = root.outgoing((1, 3), Stop("x"))
+    worker.incoming(key, payload)
+
+    (out,) = root.counters({key: 3})
+    (came,) = worker.counters({key: 2})
+
+    assert (out.queued, came.queued) == (3, 2)
+
+
 def test_an_inbox_keeps_what_this_process_says_and_bounds_what_others_do():
     inbox: Inbox[str] = Inbox()
     for _ in range(100):
@@ -86,6 +124,18 @@ def test_an_inbox_keeps_what_this_process_says_and_bounds_what_others_do():
     assert taken.count("own") == 1
     assert 0 < taken.count("noise") < 100
     assert inbox.dropped["loud"] == 100 - taken.count("noise")
+
+
+def test_an_inbox_tells_what_waits_by_source():
+    inbox: Inbox[int] = Inbox()
+    for source in ("a", "b", "a"):
+        inbox.put_from(source, 10, 1)
+
+    assert inbox.waiting == {"a": 2, "b": 1}
+
+    inbox.get(0)
+
+    assert inbox.waiting == {"a": 1, "b": 1}
 
 
 def test_credit_comes_back_when_a_message_is_taken_out():

@@ -1,52 +1,34 @@
 """Commands that make a run, or go on with one."""
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
-import msgspec
 import typer
 
-from tramnet_master.commands.launch import Presentation, go_on, launch
-from tramnet_master.errors import InvalidFile, InvalidOption
+from tramnet_master.commands.launch import Presentation, go_on
+from tramnet_master.commands.making_runs import Settings, makes_a_run, read_settings
+from tramnet_master.errors import InvalidFile
 from tramnet_master.experiments import own_problem
-from tramnet_master.experiments import puma560 as puma560_experiment
 from tramnet_master.experiments.experiment import Experiment
-from tramnet_master.experiments.runner import RunOptions, read_options
-from tramnet_master.options import (
-    AllowMixed,
-    CheckpointSeconds,
-    FirstDeadline,
-    Generations,
-    Listen,
-    Network,
-    OnFailure,
-    Out,
-    Overwrite,
-    Pictures,
-    Population,
-    Progress,
-    Seed,
-    Task,
-    Topology,
-    Workers,
-)
+from tramnet_master.experiments.runner import read_options
+from tramnet_master.options import Generations, Pictures, Population, Progress, Seed, Task
 from tramnet_master.run_folder import RUN, RunFolder
 
 app = typer.Typer(no_args_is_help=True, help="Launch a root and local workers, and make a run.")
 
-RESTORE: Mapping[str, Callable[[Mapping[str, object]], Experiment]] = {
-    own_problem.NAME: own_problem.restore,
-    puma560_experiment.NAME: puma560_experiment.restore,
+# Named, not imported: a run loads the kernels of its own job only.
+EXPERIMENTS: Mapping[str, str] = {
+    "problem": "tramnet_master.experiments.own_problem",
+    "puma560": "tramnet_master.experiments.puma560",
+    "redundant8": "tramnet_master.experiments.redundant8",
 }
+"""Modules of the experiments, by name; each has a function ``restore``."""
 
 Case = Annotated[
     int | None,
     typer.Option(min=1, max=7, envvar="TRAMNET_CASE", help="Case of the paper; 1 if omitted."),
-]
-Method = Annotated[
-    str,
-    typer.Option(envvar="TRAMNET_METHOD", help="wang-zalzala (the paper's) or smooth (better)."),
 ]
 Robot = Annotated[
     str, typer.Option(envvar="TRAMNET_ROBOT", help="Arm of a case: akb or p560, after its source.")
@@ -58,105 +40,101 @@ Servo = Annotated[
         help="Replay the plan with set-points every 28, 7, 1.75 or 0.875 ms (the paper's section 6).",
     ),
 ]
-ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="See `tramnet problems`.")]
-Settings = Annotated[
-    list[str] | None,
+Subpopulations = Annotated[
+    int,
     typer.Option(
-        "--set", metavar="NAME=VALUE", help="A setting of the method or problem; may be repeated."
+        min=1, max=4096, envvar="TRAMNET_SUBPOPULATIONS",
+        help="Sub-populations that work on each point at once; the population is split evenly.",
+    ),
+]  # fmt: skip
+Scenes = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="TRAMNET_SCENES",
+        help="A TOML file of paths, boxes or weights, to be followed all at once.",
     ),
 ]
+SettingsName = Annotated[
+    str,
+    typer.Option(
+        "--settings", envvar="TRAMNET_SETTINGS",
+        help="literal (the paper's, with our choices where it is silent) or recommended (ours).",
+    ),
+]  # fmt: skip
+ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="See `tramnet problems`.")]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
 
 
+def _method(text: str) -> object:
+    return typer.Option(envvar="TRAMNET_METHOD", help=text)
+
+
 @app.command()
+@makes_a_run
 def puma560(
     case: Case = None,
     task: Task = None,
-    method: Method = "wang-zalzala",
+    method: Annotated[
+        str, _method("wang-zalzala (the paper's) or smooth (better).")
+    ] = "wang-zalzala",
     robot: Robot = "akb",
     settings: Settings = None,
     servo: Servo = None,
     seed: Seed = 1,
     population: Population = None,
     generations: Generations = None,
-    workers: Workers = 2,
-    topology: Topology = "star",
-    network: Network = None,
-    listen: Listen = "tcp/127.0.0.1:0",
-    first_deadline: FirstDeadline = 60.0,
-    on_failure: OnFailure = "penalise",
-    allow_mixed: AllowMixed = False,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    pictures: Pictures = True,
-    progress: Progress = "auto",
-    checkpoint_seconds: CheckpointSeconds = 1.0,
-) -> None:
+) -> Experiment:
     """Minimum-time motion of the PUMA 560 (Wang & Zalzala 1995), or of your own arm."""
-    choice = puma560_experiment.Choice(
-        case,
-        task,
-        robot,
-        method,
-        seed,
-        population,
-        generations,
-        read_settings(settings or []),
-        servo,
-    )
-    farm = RunOptions(
-        workers,
-        topology,
-        network,
-        listen,
-        first_deadline,
-        on_failure,
-        allow_mixed,
-        checkpoint_seconds,
-    )
-    experiment = puma560_experiment.prepare(puma560_experiment.options_of(choice))
-    launch(experiment, farm, Presentation(out, overwrite, pictures, progress))
+    from tramnet_master.experiments import puma560 as job  # noqa: PLC0415  loads its kernels
+
+    own = read_settings(settings)
+    choice = job.Choice(case, task, robot, method, seed, population, generations, own, servo)
+    return job.prepare(job.options_of(choice))
 
 
 @app.command()
+@makes_a_run
+def redundant8(
+    task: Task = None,
+    scenes: Scenes = None,
+    method: Annotated[
+        str, _method("eamp (the paper's), memetic (better), perturbation or resolved-rate.")
+    ] = "eamp",
+    settings_name: SettingsName = "literal",
+    settings: Settings = None,
+    subpopulations: Subpopulations = 1,
+    seed: Seed = 1,
+    population: Population = None,
+    generations: Generations = None,
+) -> Experiment:
+    """An arm with eight joints follows a line past an obstacle (Lin, Chen & Yu 2017), or yours does."""
+    from tramnet_master.experiments import redundant8 as job  # noqa: PLC0415  loads its kernels
+
+    choice = job.Choice(
+        task, scenes, method, settings_name, read_settings(settings), subpopulations, seed,
+        population, generations,
+    )  # fmt: skip
+    return job.prepare(job.options_of(choice))
+
+
+@app.command()
+@makes_a_run
 def problem(
     name: ProblemName,
     settings: Settings = None,
     seed: Seed = 1,
     population: Population = None,
     generations: Generations = None,
-    workers: Workers = 2,
-    topology: Topology = "star",
-    network: Network = None,
-    listen: Listen = "tcp/127.0.0.1:0",
-    first_deadline: FirstDeadline = 60.0,
-    on_failure: OnFailure = "penalise",
-    allow_mixed: AllowMixed = False,
-    out: Out = None,
-    overwrite: Overwrite = False,
-    pictures: Pictures = True,
-    progress: Progress = "auto",
-    checkpoint_seconds: CheckpointSeconds = 1.0,
-) -> None:
+) -> Experiment:
     """Minimise any installed problem over a box of real numbers."""
     options = own_problem.OwnProblemOptions(
         problem=name,
-        parameters=read_settings(settings or []),
+        parameters=read_settings(settings),
         seed=seed,
         population=population or own_problem.POPULATION,
         generations=generations or own_problem.GENERATIONS,
     )
-    farm = RunOptions(
-        workers,
-        topology,
-        network,
-        listen,
-        first_deadline,
-        on_failure,
-        allow_mixed,
-        checkpoint_seconds,
-    )
-    launch(own_problem.prepare(options), farm, Presentation(out, overwrite, pictures, progress))
+    return own_problem.prepare(options)
 
 
 def resume(
@@ -169,28 +147,10 @@ def resume(
     opened = RunFolder(folder)
     document = opened.run()
     name = document.get("experiment")
-    if not isinstance(name, str) or name not in RESTORE:
-        known = ", ".join(RESTORE)
+    if not isinstance(name, str) or name not in EXPERIMENTS:
+        known = ", ".join(EXPERIMENTS)
         raise InvalidFile(folder / RUN, "experiment", repr(name), f"one of {known}")
+    restore: Callable[[Mapping[str, object]], Experiment]
+    restore = import_module(EXPERIMENTS[name]).restore
     presentation = Presentation(folder, overwrite=False, pictures=pictures, progress=progress)
-    go_on(
-        RESTORE[name](document), read_options(folder / RUN, document, workers), folder, presentation
-    )
-
-
-def read_settings(settings: list[str]) -> dict[str, object]:
-    """Return ``NAME=VALUE`` words as plain values: a number, true, false, a JSON list, or else a word.
-
-    Raises:
-        InvalidOption: A word has no ``=``.
-    """
-    values: dict[str, object] = {}
-    for setting in settings:
-        name, equals, text = setting.partition("=")
-        if not (name and equals):
-            raise InvalidOption("--set", repr(setting), "NAME=VALUE")
-        try:
-            values[name] = msgspec.json.decode(text)
-        except msgspec.DecodeError:
-            values[name] = text
-    return values
+    go_on(restore(document), read_options(folder / RUN, document, workers), folder, presentation)

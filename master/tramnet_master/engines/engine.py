@@ -5,13 +5,14 @@ outcome in whatever order they come, and is finished when it says so. Its state 
 so that it can be written to a checkpoint and restored bit for bit.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_protocol.messages import Outcome, Work
+from tramnet_protocol.messages import Evolve, Outcome, PopulationSnapshot, Work
 
 State: TypeAlias = dict[str, "int | float | str | NDArray[np.generic]"]
 
@@ -98,3 +99,27 @@ class Engine(Protocol):
         Args:
             state: A state of an engine with the same parameters.
         """
+
+
+class HoldsPopulations(ABC):
+    """What an engine offers beside if its populations live with the workers, which tell only what connects them."""
+
+    @abstractmethod
+    def restate(self, work: Evolve) -> Evolve:
+        """Return work with the state that a worker needs who does not hold the populations.
+
+        Args:
+            work: A piece of work that ``ask`` returned.
+        """
+
+    @abstractmethod
+    def keep(self, snapshot: PopulationSnapshot) -> None:
+        """Keep a snapshot to restore populations from.
+
+        Args:
+            snapshot: What came with the outcome that is told next.
+        """
+
+    @abstractmethod
+    def spread(self, workers: int) -> None:
+        """Divide the populations among a number of workers, from the next generation on."""

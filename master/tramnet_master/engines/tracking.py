@@ -163,16 +163,15 @@ class TrackingEngine:
         self._chunk = max(1, min(int(CHUNK_SECONDS / each), 8 * self._chunk))
 
     def _new_rows(self) -> list[GenerationRow]:
+        first, last = self._rows, min(scene.done for scene in self._scenes)
+        columns = zip(*(scene.costs[first:last].tolist() for scene in self._scenes), strict=True)
+        each = self._evaluations * len(self._scenes)
         rows = []
-        while self._rows < min(scene.done for scene in self._scenes):
-            costs = [float(scene.costs[self._rows]) for scene in self._scenes]
-            self._rows += 1
+        for number, costs in enumerate(columns, first + 1):
             best = min(costs)
-            rows.append(
-                GenerationRow(
-                    self._rows, self.evaluations, best, sum(costs) / len(costs), max(costs), best
-                )
-            )
+            mean = sum(costs) / len(costs)
+            rows.append(GenerationRow(number, number * each, best, mean, max(costs), best))
+        self._rows = last
         return rows
 
 

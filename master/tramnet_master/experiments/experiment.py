@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 from tramnet_master.engines.engine import Engine
 from tramnet_master.results import BestFound, Result
@@ -44,7 +44,19 @@ class Timing(TypedDict):
     network_overhead_fraction: float
 
 
-Conclude = Callable[[OpenRunFolder, Common, Timing], Result]
+class Load(NamedTuple):
+    """What the workers did in a run.
+
+    Attributes:
+        exchanges: Pieces of work sent and answered.
+        busy_seconds: Compute time of each worker that gave an answer, in the order of seats [s].
+    """
+
+    exchanges: int
+    busy_seconds: tuple[float, ...]
+
+
+Conclude = Callable[[OpenRunFolder, Common, Timing, Load], Result]
 
 
 @dataclass(frozen=True)
@@ -63,6 +75,7 @@ class Experiment:
         document: What ``run.toml`` keeps so that the same experiment can be prepared again.
         paper: The paper's figure for the objective, None where it has none.
         conclude: Writes the files of the experiment's own and returns the result.
+        parallelism: How many workers can compute at once at most, or None where there is no such limit.
     """
 
     name: str
@@ -76,6 +89,7 @@ class Experiment:
     document: Mapping[str, object]
     paper: float | None
     conclude: Conclude
+    parallelism: int | None = None
 
     @property
     def title(self) -> str:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tramnet_master.engines.farmed import GenerationalEngine
 from tramnet_master.errors import InvalidOption
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.results import Result
 from tramnet_master.run_folder import OpenRunFolder
 from tramnet_protocol.messages import Setup
@@ -103,7 +103,7 @@ def prepare(options: OwnProblemOptions) -> Experiment:
     )
     engine = GenerationalEngine(algorithm, options.generations)
 
-    def conclude(_: OpenRunFolder, common: Common, timing: Timing) -> OwnProblemResult:
+    def conclude(_: OpenRunFolder, common: Common, timing: Timing, __: Load) -> OwnProblemResult:
         return OwnProblemResult(
             **common,
             **timing,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tramnet_master.configuration import ROBOTS, read_motion_task
 from tramnet_master.engines.farmed import GenerationalEngine
 from tramnet_master.errors import InvalidOption, RunFailed
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.experiments.paper_cases import paper_cases
 from tramnet_master.motion_results import motion_result, write_motion
 from tramnet_master.results import MotionResult
@@ -173,7 +173,7 @@ def prepare(options: Puma560Options) -> Experiment:
     planner = METHODS[options.method](task, options)
     engine = GenerationalEngine(planner.algorithm, planner.generations)
 
-    def conclude(folder: OpenRunFolder, common: Common, timing: Timing) -> MotionResult:
+    def conclude(folder: OpenRunFolder, common: Common, timing: Timing, _: Load) -> MotionResult:
         plan = planner.plan(engine.best.genome)
         if plan is None:
             raise RunFailed(

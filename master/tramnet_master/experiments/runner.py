@@ -17,7 +17,7 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
-from tramnet_master.engines.engine import Engine
+from tramnet_master.engines.engine import Engine, HoldsPopulations
 from tramnet_master.errors import (
     CannotWrite,
     Interrupted,
@@ -27,7 +27,7 @@ from tramnet_master.errors import (
     RunFailed,
     RunStopped,
 )
-from tramnet_master.experiments.experiment import Common, Experiment, Timing
+from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
@@ -39,7 +39,7 @@ from tramnet_master.results import BestFound, Result, versions
 from tramnet_master.run_folder import HISTORY, OpenRunFolder
 from tramnet_master.signals import ending, interrupting
 from tramnet_protocol.keys import Keys, check_network
-from tramnet_protocol.messages import ControlReply, ControlRequest
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -188,7 +188,7 @@ class Root:
         self._name = f"{socket.gethostname()}-{os.getpid()}"
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
-        self._began = 0.0
+        self._began = self._over = 0.0
         rules = options.rules()
         house = House(
             secrets.randbits(62),
@@ -197,7 +197,9 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up, folder.log)
+        hands = Hands(
+            self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
+        )
         self._farm = Farm(channel, Keys(network), house, options.topology, Scheduler(rules), hands)
 
     def __enter__(self) -> "Root":
@@ -262,9 +264,8 @@ class Root:
         self._began = time.monotonic()
         next_checkpoint = self._began + self._options.checkpoint_seconds
         next_announcement = self._began
+        self._submit_what_can_be_begun()
         while not engine.finished:
-            for work in engine.ask():
-                farm.submit(work)
             try:
                 finished = farm.next_outcome()
             except RunFailed as error:
@@ -273,12 +274,16 @@ class Root:
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
-            rows = engine.tell(*finished)
+            if finished.snapshot is not None:
+                assert isinstance(engine, HoldsPopulations), "nobody else asks for snapshots"
+                engine.keep(finished.snapshot)
+            rows = engine.tell(finished.work, finished.outcome)
+            self._submit_what_can_be_begun()  # workers compute while rows are written
             if not rows:
                 continue
             now = time.monotonic()
-            for row in rows:
-                history.append(row, self._elapsed(now))
+            history.append(rows, self._elapsed(now))
+            row = rows[-1]
             self._progress.update(
                 row.generation, row.best_so_far, row.evaluations, len(farm.membership.live)
             )
@@ -288,6 +293,14 @@ class Root:
             if now >= next_checkpoint and not engine.finished:
                 self._save(history, engine)
                 next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
+        self._over = time.monotonic()
+
+    def _submit_what_can_be_begun(self) -> None:
+        engine = self._experiment.engine
+        if isinstance(engine, HoldsPopulations):
+            engine.spread(max(1, len(self._farm.membership.live)))
+        for work in engine.ask():
+            self._farm.submit(work)
 
     def _save(self, history: History, engine: Engine) -> None:
         if engine.generation == 0:
@@ -305,7 +318,7 @@ class Root:
     def _conclude(self) -> Result:
         experiment, farm = self._experiment, self._farm
         engine = experiment.engine
-        wall = self._elapsed(time.monotonic())
+        wall = self._elapsed(self._over)
         common = Common(
             experiment=experiment.name,
             method=experiment.method,
@@ -325,14 +338,17 @@ class Root:
             paper=experiment.paper,
             versions=versions(),
         )
-        here = max(time.monotonic() - self._began, 1e-9)
-        share = farm.compute_seconds / max(1, len(farm.membership.live))
+        here = max(self._over - self._began, 1e-9)
+        live = max(1, len(farm.membership.live))
+        share = farm.compute_seconds / min(live, experiment.parallelism or live)
         timing = Timing(
             evaluations_per_second=engine.evaluations / max(wall, 1e-9),
             network_overhead_fraction=max(0.0, farm.waited_seconds - share) / here,
         )
         farm.announce("finished", {"best": engine.best.objective})
-        result = experiment.conclude(self._folder, common, timing)
+        busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
+        load = Load(farm.chunks, busy)
+        result = experiment.conclude(self._folder, common, timing, load)
         self._folder.write_result(result)
         return result
 
@@ -366,6 +382,11 @@ class Root:
         self._tell(f"gave up {what}")
         if self._options.on_failure == "stop":
             raise RunFailed(f"{what} (--on-failure stop)")
+
+    def _restate(self, work: Evolve) -> Evolve:
+        engine = self._experiment.engine
+        assert isinstance(engine, HoldsPopulations), "nobody else has work on populations"
+        return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:
         self._farm.inbox.put(ended)

@@ -17,15 +17,16 @@ from tramnet_protocol.messages import (
     Evaluate,
     Evaluated,
     Evolve,
-    Evolved,
     Outcome,
+    PopulationMeans,
+    PopulationSnapshot,
     Track,
     Tracked,
     Work,
     WorkId,
 )
 
-_ANSWER = {Evaluate: Evaluated, Evolve: Evolved, Track: Tracked}
+_ANSWER = {Evaluate: Evaluated, Evolve: PopulationMeans, Track: Tracked}
 
 
 class WrongOutcome(Exception):
@@ -38,10 +39,12 @@ class Collection(Protocol):
     Attributes:
         seconds: Compute time of all accepted answers [s].
         condemned: Slots given up.
+        snapshot: What came with the outcome of the populations, where the work asked for that.
     """
 
     seconds: float
     condemned: list[int]
+    snapshot: PopulationSnapshot | None
 
     @property
     def work(self) -> Work:
@@ -58,8 +61,14 @@ class Collection(Protocol):
     def chunk(self, part: WorkId) -> Work:
         """Return the message that asks for a part."""
 
-    def inspect(self, outcome: Outcome) -> tuple[int, ...]:
+    def inspect(
+        self, outcome: Outcome, snapshot: PopulationSnapshot | None = None
+    ) -> tuple[int, ...]:
         """Return the slots of an outcome that hold no usable number.
+
+        Args:
+            outcome: What has arrived.
+            snapshot: What came ahead of it from the same worker.
 
         Raises:
             WrongOutcome: It has another kind or shape than its work asks for.
@@ -86,6 +95,7 @@ class _Evaluations:
     """Objectives of a population, slot by slot, or in the one outcome that brings all of them."""
 
     divisible = True
+    snapshot: PopulationSnapshot | None = None
 
     def __init__(self, work: Evaluate) -> None:
         self.work = work
@@ -102,7 +112,9 @@ class _Evaluations:
             return self.work
         return Evaluate(part, Array.pack(self._genomes[self._slots(part)]))
 
-    def inspect(self, outcome: Outcome) -> tuple[int, ...]:
+    def inspect(
+        self, outcome: Outcome, snapshot: PopulationSnapshot | None = None
+    ) -> tuple[int, ...]:
         finite = np.isfinite(_objectives_of(outcome))
         if np.count_nonzero(finite) == len(finite):
             return ()
@@ -151,6 +163,7 @@ class _Whole:
         self.work = work
         self.seconds = 0.0
         self.condemned: list[int] = []
+        self.snapshot: PopulationSnapshot | None = None
         self._outcome: Outcome | None = None
 
     @property
@@ -161,11 +174,18 @@ class _Whole:
         assert part == self.work.work, "an indivisible work is not cut"
         return self.work
 
-    def inspect(self, outcome: Outcome) -> tuple[int, ...]:
+    def inspect(
+        self, outcome: Outcome, snapshot: PopulationSnapshot | None = None
+    ) -> tuple[int, ...]:
         if not isinstance(outcome, _ANSWER[type(self.work)]):
             raise WrongOutcome(f"found {type(outcome).__name__} for {type(self.work).__name__}")
+        messages: list[Work | Outcome | PopulationSnapshot] = [outcome]
+        if isinstance(self.work, Evolve) and self.work.snapshot:
+            self.snapshot = _belonging(snapshot, outcome.work)
+            messages.append(self.snapshot)
+        arrays = [array for message in messages for array in _arrays(message)]
         try:
-            usable = all(np.isfinite(array.unpack()).all() for array in _arrays(outcome))
+            usable = all(np.isfinite(array.unpack()).all() for array in arrays)
         except (ProtocolError, TypeError) as error:
             raise WrongOutcome(str(error)) from error
         work = outcome.work
@@ -200,7 +220,19 @@ def _objectives_of(outcome: Outcome) -> NDArray[np.float64]:
     return cast("NDArray[np.float64]", objectives)
 
 
-def _arrays(message: Work | Outcome) -> Sequence[Array]:
+def _belonging(snapshot: PopulationSnapshot | None, work: WorkId) -> PopulationSnapshot:
+    """Return a snapshot that is there and of that work.
+
+    Raises:
+        WrongOutcome: It is not.
+    """
+    if snapshot is None or snapshot.work != work:
+        found = "none" if snapshot is None else f"that of {snapshot.work}"
+        raise WrongOutcome(f"found {found}, expected the snapshot that {work} asks for")
+    return snapshot
+
+
+def _arrays(message: Work | Outcome | PopulationSnapshot) -> Sequence[Array]:
     fields = (getattr(message, name) for name in message.__struct_fields__)
     return [field for field in fields if isinstance(field, Array)]
 

@@ -20,6 +20,7 @@ from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
+from tramnet_master.farm.holders import Holders
 from tramnet_master.farm.membership import Member, Membership
 from tramnet_master.farm.reception import House, Reception
 from tramnet_master.farm.scheduler import Scheduler
@@ -36,11 +37,13 @@ from tramnet_protocol.messages import (
     ControlRequest,
     Evaluated,
     Event,
-    Evolved,
+    Evolve,
     Failed,
     Kind,
     Message,
     Outcome,
+    PopulationMeans,
+    PopulationSnapshot,
     Stats,
     Stop,
     Tracked,
@@ -107,6 +110,7 @@ class Hands:
         steer: Does what somebody at the control topic asks.
         tell: Takes a line for people.
         give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
+        restate: Adds to work on populations the state that a worker needs who does not hold them.
         note: Writes down that a worker joined, was lost or is replaced.
     """
 
@@ -114,7 +118,22 @@ class Hands:
     steer: Callable[[ControlRequest], ControlReply]
     tell: Callable[[str], None]
     give_up: Callable[[str], None]
+    restate: Callable[[Evolve], Evolve]
     note: Callable[[str, Mapping[str, object]], None]
+
+
+class Finished(NamedTuple):
+    """A work that is done.
+
+    Attributes:
+        work: The work.
+        outcome: Its outcome.
+        snapshot: What came with it of the populations, where the work asked for that.
+    """
+
+    work: Work
+    outcome: Outcome
+    snapshot: PopulationSnapshot | None
 
 
 class Farm:
@@ -136,6 +155,8 @@ class Farm:
         condemned: Work given up, in the order of giving up, with the reason.
         compute_seconds: Compute time of all accepted answers [s].
         waited_seconds: Time the engine's work took from its submission to its outcome [s].
+        chunks: Number of answers accepted.
+        busy_seconds: Compute time of the accepted answers of each worker that gave any [s].
     """
 
     def __init__(
@@ -154,6 +175,7 @@ class Farm:
         self.condemned: list[tuple[WorkId, str]] = []
         self.compute_seconds = 0.0
         self.waited_seconds = 0.0
+        self.busy_seconds: dict[Tram, float] = {}
         self._channel = channel
         self._keys = keys
         self._hands = hands
@@ -161,14 +183,17 @@ class Farm:
         identity = Identity(house.run, ROOT, house.root_incarnation)
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
-        self._resolved: deque[tuple[Work, Outcome]] = deque()
+        self._resolved: deque[Finished] = deque()
+        self._holders = Holders()
+        self._snapshots: dict[Tram, PopulationSnapshot] = {}  # until the answer they belong to
         # The outcome whose instructions are carried out, and the work it belongs to.
         self._arrived: tuple[Collection, Outcome] | None = None
         self._started = time.monotonic()
         self._next_heartbeat = self._started
         self._next_tick = self._started
+        self._blocked_seconds = 0.0
         self._evaluations = 0
-        self._chunks = 0
+        self.chunks = 0
         self._interrupted = False
 
     def open(self) -> None:
@@ -202,14 +227,13 @@ class Farm:
     def submit(self, work: Work) -> None:
         """Have a piece of work done."""
         began = time.perf_counter()
-        collection = open_collection(work)
-        self._open.setdefault(_place(work.work), []).append(collection)
-        self._handle(
-            events.WorkSubmitted(work.work, collection.bytes_each, collection.divisible, None)
-        )
+        holder = self._holders.find(work.work) if isinstance(work, Evolve) else None
+        if holder is None and isinstance(work, Evolve):
+            work = self._hands.restate(work)
+        self._open_and_submit(work, holder)
         self.waited_seconds += time.perf_counter() - began
 
-    def next_outcome(self) -> tuple[Work, Outcome] | None:
+    def next_outcome(self) -> Finished | None:
         """Return the next finished work and its outcome, or None once interrupted.
 
         Raises:
@@ -298,8 +322,10 @@ class Farm:
             _log.warning("dropped a frame of TRAM %d: %s", tram.seat, error)
             return
         match message:
-            case Evaluated() | Evolved() | Tracked():
+            case Evaluated() | PopulationMeans() | Tracked():
                 self._take_outcome(tram, message)
+            case PopulationSnapshot() if self.membership.find(tram) is not None:
+                self._snapshots[tram] = message
             case Failed():
                 self._handle(events.Raised(tram, message.work, message.error))
             case _:
@@ -307,11 +333,12 @@ class Farm:
 
     def _take_outcome(self, tram: Tram, outcome: Outcome) -> None:
         collection = self._find(outcome.work)
+        snapshot = self._snapshots.pop(tram, None)
         if collection is None:  # closed long ago: the scheduler counts it
             self._handle(events.Answered(tram, outcome.work, outcome.seconds))
             return
         try:
-            bad = collection.inspect(outcome)
+            bad = collection.inspect(outcome, snapshot)
         except WrongOutcome as error:
             self._handle(events.Raised(tram, outcome.work, str(error)))
             return
@@ -364,12 +391,16 @@ class Farm:
         match instruction:
             case events.Send(tram, work):
                 self._send(tram, self._collection(work).chunk(work))
-            case events.Accept(_, _, part):
+            case events.Accept(tram, _, part):
                 assert self._arrived is not None, "only an arriving outcome is accepted"
                 collection, outcome = self._arrived
                 collection.accept(outcome, part)
+                if isinstance(outcome, PopulationMeans):
+                    self._holders.note(outcome.work, tram)
+                share = part.size / outcome.work.size
+                self.busy_seconds[tram] = self.busy_seconds.get(tram, 0.0) + share * outcome.seconds
                 self._evaluations += part.size
-                self._chunks += 1
+                self.chunks += 1
             case events.Resolved(work):
                 self._resolve(work)
             case events.Condemn(work, reason):
@@ -384,7 +415,7 @@ class Farm:
             case events.Drop(tram, _, reason):
                 _log.info("dropped an answer of TRAM %d: %s", tram.seat, reason.value)
             case events.Orphaned(work, tram):
-                raise AssertionError(f"{work} was never bound to {tram}")
+                self._restate(work, tram)
 
     def _resolve(self, work: WorkId) -> None:
         collection = self._collection(work)
@@ -393,7 +424,24 @@ class Farm:
         if not collections:
             del self._open[_place(work)]
         self.compute_seconds += collection.seconds
-        self._resolved.append((collection.work, collection.outcome()))
+        self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
+
+    def _open_and_submit(self, work: Work, holder: Tram | None) -> None:
+        collection = open_collection(work)
+        self._open.setdefault(_place(work.work), []).append(collection)
+        self._handle(
+            events.WorkSubmitted(work.work, collection.bytes_each, collection.divisible, holder)
+        )
+
+    def _restate(self, work: WorkId, holder: Tram) -> None:
+        """Submit work again whose state is lost, with the state, so that any worker can do it."""
+        collection = self._collection(work)
+        assert isinstance(collection.work, Evolve), "only populations are held by a worker"
+        self._hands.tell(
+            f"{_describe_work(work)} moves away from TRAM {holder.seat}, restored from its snapshot"
+        )
+        self._open[_place(work)].remove(collection)
+        self._open_and_submit(self._hands.restate(collection.work), None)
 
     def _condemn(self, work: WorkId, reason: str) -> None:
         self.condemned.append((work, reason))
@@ -421,6 +469,7 @@ class Farm:
 
     def _lose(self, member: Member) -> None:
         self.lost += 1
+        self._snapshots.pop(member.tram, None)
         self._hands.tell(f"TRAM {member.tram.seat} is lost")
         self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
         self._rewire()
@@ -448,7 +497,9 @@ class Farm:
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
+        began = time.perf_counter()
         self._channel.publish(key, payload, Lane.LINK)
+        self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:
         identity = self._exchange.identity
@@ -469,14 +520,15 @@ class Farm:
             state="waiting" if not self.membership.live else "running",
             uptime=now - self._started,
             busy=max(0.0, now - self._started - self.waited_seconds),
-            blocked=0.0,
+            blocked=self._blocked_seconds,
             evaluations=self._evaluations,
-            chunks=self._chunks,
+            chunks=self.chunks,
             queued=0,
             malformed=self._exchange.malformed,
-            links=tuple(self._exchange.counters()),
+            links=tuple(self._exchange.counters(self.inbox.waiting)),
             pid=os.getpid(),
             host=socket.gethostname(),
+            tags=tuple(self._exchange.tags()),
         )
 
     def _find(self, work: WorkId) -> Collection | None:

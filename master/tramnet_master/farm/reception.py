@@ -86,8 +86,8 @@ class Reception:
             member.tram.seat,
             member.tram.incarnation,
             self._house.root_incarnation,
-            self._membership.wiring,
             self._house.setup,
+            self._membership.wiring,
         )
         return self._frame(reply), member
 

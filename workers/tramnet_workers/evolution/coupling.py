@@ -5,7 +5,7 @@ one row of *connecting values*, one number for each trait (link length, base coo
 of its individuals: their mean (eqs 9-11), their median, or the traits of its best one (Fig. 10).
 """
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
+@runtime_checkable
 class CoupledProblem(Protocol):
     """A problem of t connected populations, as evolution sees it.
 

@@ -38,6 +38,7 @@ from tramnet_protocol.messages import (
     JoinReply,
     JoinRequest,
     Outcome,
+    PopulationSnapshot,
     Refusal,
     Stats,
     Stop,
@@ -103,11 +104,16 @@ class Home:
 
 @dataclass(slots=True)
 class _Tally:
-    busy: float = 0.0
+    computing: tuple[float, float | None] = (0.0, None)  # time spent so far, and since when again
     blocked: float = 0.0
     evaluations: int = 0
     chunks: int = 0
     malformed: int = 0
+
+    def busy_at(self, now: float) -> float:
+        """Time spent computing until now [s], a chunk in work included."""
+        spent, since = self.computing  # in one piece: another thread writes it
+        return spent if since is None else spent + now - since
 
 
 class Service:
@@ -169,12 +175,15 @@ class Service:
 
     def _evaluate(self, evaluator: Evaluator, work: Work) -> Outcome | Failed:
         began = time.perf_counter()
+        self._tally.computing = (self._tally.busy_at(began), began)
         try:
             answer: Outcome | Failed = evaluator.compute(work)
+            if (snapshot := evaluator.snapshot(work)) is not None:
+                self._send(snapshot)  # ahead of the answer it belongs to
         except Exception as error:  # a user's problem may raise anything
             _log.exception("work %s failed", work.work)
             answer = Failed(work.work, _words(error), time.perf_counter() - began)
-        self._tally.busy += time.perf_counter() - began
+        self._tally.computing = (self._tally.busy_at(time.perf_counter()), None)
         self._tally.chunks += 1
         self._tally.evaluations += work.work.size
         return answer
@@ -204,7 +213,7 @@ class Service:
                     rejoin = True
         return rejoin
 
-    def _send(self, answer: Outcome | Failed) -> None:
+    def _send(self, answer: Outcome | Failed | PopulationSnapshot) -> None:
         began = time.perf_counter()
         with self._sending:
             if self._channel is None or self._exchange is None:
@@ -367,13 +376,13 @@ class Service:
         assert exchange is not None
         identity, tally = exchange.identity, self._tally
         with self._sending:
-            links = tuple(exchange.counters())
+            links, tags = tuple(exchange.counters()), tuple(exchange.tags())
         stats = Stats(
             seat=identity.seat,
             incarnation=identity.incarnation,
             state="busy" if self._states.running is not None else "idle",
             uptime=uptime,
-            busy=tally.busy,
+            busy=tally.busy_at(time.perf_counter()),
             blocked=tally.blocked,
             evaluations=tally.evaluations,
             chunks=tally.chunks,
@@ -382,6 +391,7 @@ class Service:
             links=links,
             pid=os.getpid(),
             host=self._host,
+            tags=tags,
         )
         header = Header(
             run=identity.run,

@@ -1,34 +1,25 @@
 """Following paths: the problem that the workers solve, run by run of points."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Annotated, Self
 
+import msgspec
 import numpy as np
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from tramnet_workers.errors import InvalidParameters, InvalidTask
 from tramnet_workers.kernels.scenes import Scene
-from tramnet_workers.problems.tracking_task import TrackingTask
+from tramnet_workers.problems.problem import Run
+from tramnet_workers.problems.tracking_task import MOST_STEPS, TrackingTask
 from tramnet_workers.tracking_evolution import Evolution
 from tramnet_workers.tracking_methods import TrackingMethod, build_method
 
 Array = NDArray[np.float64]
 
 _NAME = "line-tracking"
-
-
-class Run(NamedTuple):
-    """A run of consecutive points, followed.
-
-    Attributes:
-        path: Joint angles at the points, of shape (n_points, n_joints) [rad].
-        cost: Costs of the steps to them, of shape (n_points,).
-    """
-
-    path: Array
-    cost: Array
 
 
 def track(
@@ -84,6 +75,8 @@ class LineTracking:
     def __post_init__(self) -> None:
         if not self.tasks:
             raise InvalidParameters(_NAME, "no task, but at least one is needed")
+        if len({task.n_steps for task in self.tasks}) > 1:
+            raise InvalidParameters(_NAME, "scenes with different numbers of steps")
         if self.subpopulations < 1:
             raise InvalidParameters(_NAME, f"{self.subpopulations} sub-populations, not 1 or more")
         if self.subpopulations > 1 and not isinstance(self.method, Evolution):
@@ -115,15 +108,24 @@ class LineTracking:
         method = self._shares[subpopulation]
         return track(self.tasks[scene], method, first, last, posture, subpopulation)
 
+    def warm_up(self) -> None:
+        """Follow the first point of the first scene, so that the compiled kernels are loaded."""
+        self.track(0, 1, 2, self.tasks[0].start)
+
     def evaluations_per_step(self) -> int:
         """Return how many candidates are compared for a point of one scene."""
         scene: Scene = self.tasks[0].scene(self.method.clearance_weight)
         return sum(method.evaluations_per_step(scene) for method in self._shares)
 
     def parameters(self) -> dict[str, object]:
-        """Return the problem as plain values, for the wire."""
+        """Return the problem as plain values, for the wire; the points of all paths in one binary string."""
+        tasks = [task.parameters() for task in self.tasks]
+        for task in tasks:
+            del task["path"]
         return {
-            "tasks": [task.parameters() for task in self.tasks],
+            "paths": np.stack([task.path for task in self.tasks]).astype("<f8").tobytes(),
+            "steps": self.tasks[0].n_steps,
+            "tasks": tasks,
             "method": self.method.parameters(),
             "subpopulations": self.subpopulations,
         }
@@ -136,22 +138,33 @@ class LineTracking:
             InvalidParameters: If a key is missing or unknown, or a setting is wrong.
             InvalidTask: If a task is wrong.
         """
-        expected = {"tasks", "method", "subpopulations"}
-        if set(parameters) != expected:
-            raise InvalidParameters(_NAME, f"keys {sorted(parameters)}, not {sorted(expected)}")
-        tasks, method, count = (parameters[key] for key in ("tasks", "method", "subpopulations"))
-        if not isinstance(tasks, Sequence) or not isinstance(method, Mapping):
-            raise InvalidParameters(_NAME, "tasks are no list, or the method no map")
-        if isinstance(count, bool) or not isinstance(count, int):
-            raise InvalidParameters(_NAME, f"subpopulations is {count!r}, no whole number")
-        return cls(
-            tuple(TrackingTask.from_parameters(task) for task in tasks),
-            build_method(method),
-            count,
+        try:
+            plain = msgspec.convert(dict(parameters), _Plain, strict=True)
+        except msgspec.ValidationError as error:
+            raise InvalidParameters(_NAME, str(error)) from error
+        found, expected = len(plain.paths), len(plain.tasks) * (plain.steps + 1) * _POINT_BYTES
+        if found != expected:
+            raise InvalidParameters(_NAME, f"paths of {found} bytes, not {expected}")
+        paths = np.frombuffer(plain.paths, "<f8").reshape(len(plain.tasks), plain.steps + 1, 3)
+        tasks = (
+            TrackingTask.from_parameters({**task, "path": path.tolist()})
+            for task, path in zip(plain.tasks, paths, strict=True)
         )
+        return cls(tuple(tasks), build_method(plain.method), plain.subpopulations)
 
     @cached_property
     def _shares(self) -> tuple[TrackingMethod, ...]:
         if not isinstance(self.method, Evolution):
             return (self.method,)
         return tuple(self.method.share(i, self.subpopulations) for i in range(self.subpopulations))
+
+
+_POINT_BYTES = 24
+
+
+class _Plain(Struct, frozen=True, forbid_unknown_fields=True):
+    paths: bytes
+    steps: Annotated[int, Meta(ge=1, le=MOST_STEPS)]
+    tasks: Annotated[list[dict[str, object]], Meta(min_length=1)]
+    method: dict[str, object]
+    subpopulations: Annotated[int, Meta(ge=1, le=4096)]
