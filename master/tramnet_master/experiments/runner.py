@@ -68,6 +68,9 @@ class RunOptions:
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
+        checkpoint_generations: Generations between checkpoints, or 0 for as many as that time lasts.
+        deadline: No chunk's deadline is shorter [s].
+        worker_memory: Memory a local worker may have [MiB], or 0 for any.
     """
 
     workers: int = 2
@@ -78,6 +81,9 @@ class RunOptions:
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
+    checkpoint_generations: int = 0
+    deadline: float = 3.0
+    worker_memory: int = 0
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.
@@ -87,7 +93,11 @@ class RunOptions:
         """
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
-        return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+        return Rules(
+            first_deadline=self.first_deadline,
+            least_deadline=self.deadline,
+            condemn=self.on_failure != "retry",
+        )
 
 
 def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
@@ -246,7 +256,7 @@ class Root:
     def _start_workers(self) -> None:
         """Compile before launching, so that several workers do not compile the same at once."""
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
-        arguments += ["--supervisor", self._name]
+        arguments += ["--supervisor", self._name, "--memory", str(self._options.worker_memory)]
         Evaluator(self._experiment.setup)
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
@@ -262,7 +272,7 @@ class Root:
         engine, farm = self._experiment.engine, self._farm
         self._wait_for_local_workers()
         self._began = time.monotonic()
-        next_checkpoint = self._began + self._options.checkpoint_seconds
+        due = CheckpointsDue(self._options, self._began)
         next_announcement = self._began
         self._submit_what_can_be_begun()
         while not engine.finished:
@@ -290,9 +300,8 @@ class Root:
             if now >= next_announcement or engine.finished:
                 next_announcement = now + ANNOUNCE_PERIOD
                 farm.announce("generation", row._asdict())
-            if now >= next_checkpoint and not engine.finished:
+            if not engine.finished and due.after(engine.generation, now):
                 self._save(history, engine)
-                next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
         self._over = time.monotonic()
 
     def _submit_what_can_be_begun(self) -> None:
@@ -370,7 +379,9 @@ class Root:
             for w, reason in self._farm.condemned
             for i in range(w.first, w.last)
         ]
-        return self._before.condemned + here
+        # A generation that was begun twice, before a resume and after it, condemns the same ones twice.
+        every = [*self._before.condemned, *here]
+        return list({tuple(one.values())[:3]: one for one in every}.values())
 
     # What the farm and people ask for.
 
@@ -433,6 +444,34 @@ class Root:
     def _tell(self, text: str) -> None:
         self._folder.log("message", {"text": text})
         self._progress.message(text)
+
+
+class CheckpointsDue:
+    """When a checkpoint is due: every so many generations where a number is given, else by time.
+
+    Args:
+        options: The number and the time.
+        now: Monotonic time [s].
+    """
+
+    def __init__(self, options: RunOptions, now: float) -> None:
+        self._every = options.checkpoint_generations
+        self._period = options.checkpoint_seconds
+        self._next = now + self._period
+
+    def after(self, generation: int, now: float) -> bool:
+        """Return whether one is due at the end of a generation.
+
+        Args:
+            generation: Its number, from 1.
+            now: Monotonic time [s].
+        """
+        if self._every:
+            return generation % self._every == 0
+        if now < self._next:
+            return False
+        self._next = now + self._period
+        return True
 
 
 @dataclass(frozen=True)

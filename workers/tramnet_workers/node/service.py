@@ -50,7 +50,7 @@ from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node import states
 from tramnet_workers.node.evaluator import Evaluator
 from tramnet_workers.node.states import Membership, WorkerStates
-from tramnet_workers.node.supervisor import GAVE_UP, TOLD_TO_END
+from tramnet_workers.node.supervisor import CRASHED, GAVE_UP, TOLD_TO_END
 
 HEARTBEAT = 1.0
 """Period of the heartbeat [s]."""
@@ -229,9 +229,10 @@ class Service:
         try:
             while self._visit():
                 pass
-        except Exception as error:
+        except Exception:
+            # Without its post a worker is of no use, and an evaluation may keep the main thread for long.
             _log.exception("the post has failed")
-            self._tasks.put(states.Leave(_words(error), failed=True))
+            os._exit(CRASHED)
 
     def _visit(self) -> bool:
         """Find a root, serve it until it is gone; return whether to look for another."""
