@@ -364,7 +364,7 @@ class Farm:
             member = self.membership.appeared(seat)
             if member is not None:
                 self._tell_joined(member)
-                self._handle(events.WorkerReady(member.tram))
+                self._handle(events.WorkerReady(member.tram, member.fresh))
             return
         member = self.membership.vanished(seat)
         if member is not None:

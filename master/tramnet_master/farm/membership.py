@@ -26,6 +26,7 @@ class Member:
         live: Whether its token has appeared.
         stats: Its last heartbeat.
         heard: When that came [s].
+        fresh: Whether its process has joined for the first time.
     """
 
     tram: Tram
@@ -34,6 +35,7 @@ class Member:
     live: bool = False
     stats: Stats | None = None
     heard: float = 0.0
+    fresh: bool = True
 
 
 class Membership:
@@ -53,6 +55,7 @@ class Membership:
         self._root_incarnation = root_incarnation
         self._members: dict[int, Member] = {}
         self._incarnations = 0
+        self._processes: set[tuple[str, int]] = set()  # host and process id of all that were live
         self.joined = 0
         self.wiring: Wiring = rewire(topology, {ROOT: root_incarnation}, 0)
 
@@ -95,6 +98,9 @@ class Membership:
             return None
         member.live = True
         self.joined += 1
+        process = (member.request.host, member.request.pid)
+        member.fresh = process not in self._processes
+        self._processes.add(process)
         return member
 
     def vanished(self, seat: int) -> Member | None:
