@@ -1,5 +1,6 @@
 """The command line: ``tramnet``. Commands live in ``commands``; here is their list and what their errors become."""
 
+import contextlib
 import os
 import sys
 from importlib.metadata import version
@@ -76,8 +77,9 @@ def run(arguments: list[str]) -> int:
     except BrokenPipeError:  # `tramnet echo ... | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (MasterError, ProtocolError, WorkersError) as error:
-        people.print("[red]error:[/red] ", end="")
-        people.print(f"{error}", markup=False, soft_wrap=True)
+        with contextlib.suppress(OSError):  # nobody may be left to read it
+            people.print("[red]error:[/red] ", end="")
+            people.print(f"{error}", markup=False, soft_wrap=True)
         return exit_code(error)
     return DONE
 

@@ -13,6 +13,7 @@
     + DamagedCheckpoint
   x UnknownCheckpointVersion
   x RunFailed: the run could not be finished
+  x RunStopped: the run cannot go on now, and can be resumed once the cause is gone
   x Interrupted: the run was asked to stop (exit code 130)
   x NetworkTaken: a live root holds that network name
   x NoNetwork: nothing to connect to
@@ -189,6 +190,19 @@ class UnknownCheckpointVersion(MasterError):
 
 class RunFailed(MasterError):
     """The run could not be finished."""
+
+
+class RunStopped(MasterError):
+    """The run cannot go on now; what it has so far is on disk.
+
+    Attributes:
+        folder: The run folder.
+        reason: Why it stopped, and what would help.
+    """
+
+    def __init__(self, folder: Path, reason: str) -> None:
+        self.folder, self.reason = folder, reason
+        super().__init__(f"{reason}\nthen go on with: tramnet resume {folder}")
 
 
 class Interrupted(MasterError):

@@ -105,6 +105,7 @@ class ZenohChannel:
 
     def __init__(self, session: zenoh.Session, endpoints: tuple[str, ...] = ()) -> None:
         self._session = session
+        self._is_client = not endpoints
         self._lock = threading.Lock()
         self._publishers: dict[tuple[str, Lane], zenoh.Publisher] = {}
         self._tokens: dict[str, zenoh.LivelinessToken] = {}
@@ -158,6 +159,8 @@ class ZenohChannel:
             view.change(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
 
         try:
+            if self._is_client:
+                self._receivers.append(self._watch_connection(view))
             liveliness = self._session.liveliness()
             self._receivers.append(liveliness.declare_subscriber(key, hand_on))
             for reply in liveliness.get(key, timeout=_LOCAL_ANSWER_SECONDS):
@@ -214,6 +217,15 @@ class ZenohChannel:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _watch_connection(self, view: TokenView) -> object:
+        """Take the end of a client's one connection for the end of all tokens: Zenoh says nothing of these."""
+
+        def hand_on(event: zenoh.TransportEvent) -> None:
+            if event.kind == zenoh.SampleKind.DELETE:
+                view.lose_all()
+
+        return self._session.info.declare_transport_events_listener(hand_on, history=False)
 
     def _declare_publisher(self, key: str, lane: Lane) -> zenoh.Publisher:
         with self._lock:

@@ -11,7 +11,7 @@ import typer
 from tramnet_master.console import people, programs
 from tramnet_master.control import ask, locate
 from tramnet_master.errors import RunFailed
-from tramnet_master.options import Connect, Network
+from tramnet_master.options import Connect, Network, WorkerMemory
 from tramnet_protocol.codec import decode
 from tramnet_protocol.errors import CannotConnect, MalformedFrame
 from tramnet_protocol.keys import Keys
@@ -36,13 +36,18 @@ Patience = Annotated[
 
 
 def worker(
-    connect: Connect = None, network: Network = None, count: Count = 1, patience: Patience = 600.0
+    connect: Connect = None,
+    network: Network = None,
+    count: Count = 1,
+    patience: Patience = 600.0,
+    worker_memory: WorkerMemory = 0,
 ) -> None:
     """Join worker processes to a network, before or during a run; Ctrl-C ends them."""
     live = locate(connect, network)
     name = f"{socket.gethostname()}-{os.getpid()}"
     arguments = ["--connect", live.endpoint, "--network", live.network]
     arguments += ["--supervisor", name, "--patience", str(patience)]
+    arguments += ["--memory", str(worker_memory)]
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: stopped.set())

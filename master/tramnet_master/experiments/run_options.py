@@ -32,6 +32,9 @@ class RunOptions:
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
+        checkpoint_generations: Generations between checkpoints, or 0 for as many as that time lasts.
+        deadline: No chunk's deadline is shorter [s].
+        worker_memory: Memory a local worker may have [MiB], or 0 for any.
         node: Whose machine the link books are kept for, or ``none`` for no books.
         mbaud: Speed of its links [Mbaud].
     """
@@ -44,6 +47,9 @@ class RunOptions:
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
+    checkpoint_generations: int = 0
+    deadline: float = 3.0
+    worker_memory: int = 0
     node: str = T805
     mbaud: int = 20
 
@@ -77,7 +83,11 @@ class RunOptions:
         """
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
-        return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+        return Rules(
+            first_deadline=self.first_deadline,
+            least_deadline=self.deadline,
+            condemn=self.on_failure != "retry",
+        )
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,12 @@ import hashlib
 import itertools
 import os
 import secrets
-import signal
 import socket
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import FrameType
 
 import msgspec
 import numpy as np
@@ -21,7 +19,13 @@ from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
 from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import Engine, HoldsPopulations
-from tramnet_master.errors import Interrupted, NetworkTaken, RunFailed
+from tramnet_master.errors import (
+    CannotWrite,
+    Interrupted,
+    NetworkTaken,
+    RunFailed,
+    RunStopped,
+)
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.experiments.run_options import RunOptions
 from tramnet_master.farm.dispatcher import Farm, Hands
@@ -32,6 +36,7 @@ from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
 from tramnet_master.results import BestFound, Booked, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
+from tramnet_master.signals import ending, interrupting
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
@@ -72,10 +77,11 @@ def run(
 
     Raises:
         Interrupted: Somebody asked it to stop.
+        RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
     shape = options.shape()
     shape.check_room(1 + options.workers)
-    with ExitStack() as stack:
+    with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
         observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
@@ -87,7 +93,12 @@ def run(
             )
         )
         root = Root(experiment, options, network, channel, folder, progress)
-        return folder.path, stack.enter_context(root).run()
+        try:
+            return folder.path, stack.enter_context(root).run()
+        except (KeyboardInterrupt, BrokenPipeError) as error:
+            raise Interrupted(folder.path) from error
+        except CannotWrite as error:
+            raise RunStopped(folder.path, str(error)) from error
 
 
 class Root:
@@ -130,7 +141,9 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
+        hands = Hands(
+            self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
+        )
         self._books = options.books()
         self._farm = Farm(
             channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books
@@ -163,13 +176,16 @@ class Root:
         self._start_workers()
         Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
         self._farm.open()
+        folder.log(
+            "open", {"endpoint": self._channel.endpoint, "generation": experiment.engine.generation}
+        )
         outline = Outline(
             experiment.title,
             experiment.generations,
             experiment.engine.generation,
             experiment.engine.evaluations,
         )
-        with _signals(self._farm.interrupt):
+        with ending(self._farm.interrupt):
             self._progress.start(outline)
             try:
                 with History(folder.path / HISTORY, experiment.engine.generation) as history:
@@ -181,6 +197,7 @@ class Root:
     def _start_workers(self) -> None:
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
         arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
+        arguments += ["--memory", str(self._options.worker_memory)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -195,11 +212,15 @@ class Root:
         engine, farm = self._experiment.engine, self._farm
         self._wait_for_local_workers()
         self._began = time.monotonic()
-        next_checkpoint = self._began + self._options.checkpoint_seconds
+        due = CheckpointsDue(self._options, self._began)
         next_announcement = self._began
         self._submit_what_can_be_begun()
         while not engine.finished:
-            finished = farm.next_outcome()
+            try:
+                finished = farm.next_outcome()
+            except RunFailed as error:
+                self._save(history, engine)
+                raise RunStopped(self._folder.path, str(error)) from error
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
@@ -219,9 +240,8 @@ class Root:
             if now >= next_announcement or engine.finished:
                 next_announcement = now + ANNOUNCE_PERIOD
                 farm.announce("generation", row._asdict())
-            if now >= next_checkpoint and not engine.finished:
+            if not engine.finished and due.after(engine.generation, now):
                 self._save(history, engine)
-                next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
         self._over = time.monotonic()
 
     def _submit_what_can_be_begun(self) -> None:
@@ -316,7 +336,9 @@ class Root:
             for w, reason in self._farm.condemned
             for i in range(w.first, w.last)
         ]
-        return self._before.condemned + here
+        # A generation that was begun twice, before a resume and after it, condemns the same ones twice.
+        every = [*self._before.condemned, *here]
+        return list({tuple(one.values())[:3]: one for one in every}.values())
 
     # What the farm and people ask for.
 
@@ -335,8 +357,9 @@ class Root:
         return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:
-        self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
         self._farm.inbox.put(ended)
+        with suppress(CannotWrite):  # on the supervisor's thread; the main one will meet it too
+            self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
 
     def _steer(self, request: ControlRequest) -> ControlReply:
         """Do what somebody asks.
@@ -385,6 +408,34 @@ class Root:
     def _tell(self, text: str) -> None:
         self._folder.log("message", {"text": text})
         self._progress.message(text)
+
+
+class CheckpointsDue:
+    """When a checkpoint is due: every so many generations where a number is given, else by time.
+
+    Args:
+        options: The number and the time.
+        now: Monotonic time [s].
+    """
+
+    def __init__(self, options: RunOptions, now: float) -> None:
+        self._every = options.checkpoint_generations
+        self._period = options.checkpoint_seconds
+        self._next = now + self._period
+
+    def after(self, generation: int, now: float) -> bool:
+        """Return whether one is due at the end of a generation.
+
+        Args:
+            generation: Its number, from 1.
+            now: Monotonic time [s].
+        """
+        if self._every:
+            return generation % self._every == 0
+        if now < self._next:
+            return False
+        self._next = now + self._period
+        return True
 
 
 @dataclass(frozen=True)
@@ -448,20 +499,3 @@ def _document(
         },
         experiment.name: dict(experiment.document),
     }
-
-
-@contextmanager
-def _signals(interrupt: Callable[[], None]) -> Iterator[None]:
-    """Have the first Ctrl-C, SIGTERM or closed terminal end the run in order; a second one at once."""
-
-    def first(number: int, _: FrameType | None) -> None:
-        signal.signal(number, signal.default_int_handler)
-        interrupt()
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, first) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)

@@ -115,6 +115,7 @@ class Hands:
         tell: Takes a line for people.
         give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
         restate: Adds to work on populations the state that a worker needs who does not hold them.
+        note: Writes down that a worker joined, was lost or is replaced.
     """
 
     replace: Callable[[Member, str], None]
@@ -122,6 +123,7 @@ class Hands:
     tell: Callable[[str], None]
     give_up: Callable[[str], None]
     restate: Callable[[Evolve], Evolve]
+    note: Callable[[str, Mapping[str, object]], None]
 
 
 class Finished(NamedTuple):
@@ -220,14 +222,15 @@ class Farm:
         )
         channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
         channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
-        channel.serve(
             keys.control,
             lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
         )
+        # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
+        channel.serve(
+            keys.join,
+            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
+        )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -391,7 +394,7 @@ class Farm:
             if member is not None:
                 self._rewire()
                 self._tell_joined(member)
-                self._handle(events.WorkerReady(member.tram))
+                self._handle(events.WorkerReady(member.tram, member.fresh))
             return
         member = self.membership.vanished(seat)
         if member is not None:
@@ -495,7 +498,7 @@ class Farm:
             "supervisor": member.request.supervisor,
             "cause": cause,
         }
-        self.announce("replace", detail)
+        self._tell_all("replace", detail)
         self._hands.replace(member, cause)
 
     # Workers and wires.
@@ -504,7 +507,7 @@ class Farm:
         self.lost += 1
         self._snapshots.pop(member.tram, None)
         self._hands.tell(f"TRAM {member.tram.seat} {what}")
-        self.announce("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
+        self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
         self._rewire()
         self._handle(events.WorkerLost(member.tram))
 
@@ -516,7 +519,11 @@ class Farm:
             "pid": member.request.pid,
             "live": len(self.membership.live),
         }
-        self.announce("joined", detail)
+        self._tell_all("joined", detail)
+
+    def _tell_all(self, name: str, detail: Mapping[str, object]) -> None:
+        self._hands.note(name, detail)
+        self.announce(name, detail)
 
     def _rewire(self) -> None:
         """Have everybody send by the new wiring, and tell the scheduler; who joined or was lost comes after."""

@@ -31,6 +31,7 @@ class Member:
         out: Whether it was wired out while its token stands.
         stats: Its last heartbeat.
         heard: When that came [s], or when its token appeared.
+        fresh: Whether its process has joined for the first time.
     """
 
     tram: Tram
@@ -40,6 +41,7 @@ class Member:
     out: bool = False
     stats: Stats | None = None
     heard: float = 0.0
+    fresh: bool = True
 
 
 class Membership:
@@ -59,6 +61,7 @@ class Membership:
         self._root_incarnation = root_incarnation
         self._members: dict[int, Member] = {}
         self._incarnations = 0
+        self._processes: set[tuple[str, int]] = set()  # host and process id of all that were live
         self.joined = 0
         self.wiring: Wiring = rewire(shape, {ROOT: root_incarnation}, 0)
 
@@ -103,6 +106,9 @@ class Membership:
         member.live = True
         member.heard = now
         self.joined += 1
+        process = (member.request.host, member.request.pid)
+        member.fresh = process not in self._processes
+        self._processes.add(process)
         self._rewire()
         return member
 
