@@ -25,6 +25,7 @@ from tramnet_master.errors import (
     NetworkTaken,
     RunFailed,
     RunStopped,
+    TaskTooLarge,
 )
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.experiments.run_options import RunOptions
@@ -37,9 +38,11 @@ from tramnet_master.progress import Outline, Progress
 from tramnet_master.results import BestFound, Booked, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
 from tramnet_master.signals import ending, interrupting
-from tramnet_protocol.errors import BadTopology
+from tramnet_protocol.codec import encode_body
+from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
-from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
+from tramnet_protocol.packing import unpack
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -81,6 +84,7 @@ def run(
     """
     shape = options.shape()
     shape.check_room(1 + options.workers)
+    _check_that_it_travels(experiment.setup)
     with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
@@ -460,6 +464,18 @@ def population_hash(engine: Engine) -> str:
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         digest.update(little.tobytes())
     return digest.hexdigest()
+
+
+def _check_that_it_travels(setup: Setup) -> None:
+    """Check that workers can be told of a problem, before any of them is asked to come.
+
+    Raises:
+        TaskTooLarge: It is above a limit of the protocol.
+    """
+    try:
+        unpack(encode_body(setup))
+    except (MessageTooLarge, MalformedFrame) as error:
+        raise TaskTooLarge(setup.problem, str(error)) from error
 
 
 @contextmanager
