@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from tramnet_master.reports.comparison import draw_comparison
 from tramnet_master.reports.convergence import draw_objective
+from tramnet_master.reports.design_figures import write_design_figures
 from tramnet_master.reports.joints import (
     draw_acceleration,
     draw_position,
@@ -16,6 +17,7 @@ from tramnet_master.reports.joints import (
 from tramnet_master.reports.record import RunRecord
 from tramnet_master.reports.servo import draw_servo
 from tramnet_master.reports.style import one_look, save
+from tramnet_master.run_folder import DESIGN
 from tramnet_master.trajectories import Trajectory
 
 _OF_A_PLAN: dict[str, Callable[[RunRecord, Trajectory], Figure]] = {
@@ -41,6 +43,8 @@ def write_figures(folder: Path) -> list[Path]:
         DamagedFile: A file of it is torn.
         CannotWrite: The disk refuses.
     """
+    if (folder / DESIGN).is_file():
+        return write_design_figures(folder)
     record = RunRecord.read(folder)
     with one_look():
         written = save(draw_objective(record), folder, "objective")

@@ -71,7 +71,11 @@ class Findings:
 
     @property
     def caption(self) -> str:
-        """What ran, in a line: job, case, robot, method and seed."""
-        case = f"case {self.text('case')}" if self.text("case") else "own task"
-        parts = [self.text("experiment"), case, self.text("robot"), self.text("method")]
+        """What ran, in a line: job, case and robot or variant and settings, method and seed."""
+        if "arm" in self.keys:
+            task = [self.text("variant"), self.text("method"), self.text("settings")]
+        else:
+            case = f"case {self.text('case')}" if self.text("case") else "own task"
+            task = [case, self.text("robot"), self.text("method")]
+        parts = [self.text("experiment"), *task]
         return "  ·  ".join([*(part for part in parts if part), f"seed {self.text('seed')}"])
