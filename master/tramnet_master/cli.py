@@ -4,9 +4,10 @@ import contextlib
 import os
 import sys
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from tramnet_master.commands import network, results, runs, simulate, tables, topology
 from tramnet_master.commands.echo import echo
@@ -23,9 +24,25 @@ _BAD_INPUT = (
     BadKey, BadEndpoint, BadLink, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
 )  # fmt: skip
 
+
+class _InOrder(TyperGroup):
+    """Commands in the order in which people need them, groups among them."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        names = super().list_commands(ctx)
+        return sorted(names, key=lambda name: _ORDER.index(name) if name in _ORDER else len(_ORDER))
+
+
+_ORDER = (
+    "run", "resume", "report", "table", "worker", "scale", "stop", "inspect", "echo", "record", "traffic",
+    "simulate", "topology", "problems", "certificates",
+)  # fmt: skip
+
 app = typer.Typer(
     name="tramnet",
     help="Evolve robot motions and robot designs on a network of processes that mirrors a transputer machine.",
+    cls=_InOrder,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
