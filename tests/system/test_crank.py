@@ -12,11 +12,10 @@ SPATIAL = (*RUN, "--variant", "spatial", "--generations", 200)
 
 
 def test_one_two_four_and_seven_workers_design_the_same_arm(start):
-    runs = [
-        start(*RUN, "--generations", 30, "--workers", workers, out=f"w{workers}")
-        for workers in (1, 2, 4, 7)
-    ]
-    results = [run.result() for run in runs]
+    runs, results = [], []
+    for workers in (1, 2, 4, 7):
+        runs.append(start(*RUN, "--generations", 30, "--workers", workers, out=f"w{workers}"))
+        results.append(runs[-1].result())
     designs = {(run.folder / "design.json").read_text() for run in runs}
 
     assert len({result["final_population_sha256"] for result in results}) == 1
