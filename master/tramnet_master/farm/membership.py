@@ -27,7 +27,7 @@ class Member:
         tram: Its seat and incarnation.
         request: What it said of itself.
         since: When it was given its seat [s].
-        live: Whether it is wired in.
+        live: Whether it can take work, and belongs into the wiring.
         out: Whether it was wired out while its token stands.
         stats: Its last heartbeat.
         heard: When that came [s], or when its token appeared.
@@ -65,6 +65,13 @@ class Membership:
         self.joined = 0
         self.wiring: Wiring = rewire(shape, {ROOT: root_incarnation}, 0)
 
+    def rewire(self) -> Wiring:
+        """Make a new wiring over the workers that are live now, and return it."""
+        lives = {member.tram.seat: member.tram.incarnation for member in self.live}
+        epoch = self.wiring.epoch + 1
+        self.wiring = rewire(self._shape, {ROOT: self._root_incarnation, **lives}, epoch)
+        return self.wiring
+
     @property
     def members(self) -> list[Member]:
         """The workers with a seat, in the order of seats."""
@@ -94,7 +101,7 @@ class Membership:
         return member
 
     def appeared(self, seat: int, now: float) -> Member | None:
-        """Note a token; return the member that became live and was wired in by it, if one did.
+        """Note a token; return the member that became live by it, if one did.
 
         Args:
             seat: Whose token.
@@ -109,18 +116,16 @@ class Membership:
         process = (member.request.host, member.request.pid)
         member.fresh = process not in self._processes
         self._processes.add(process)
-        self._rewire()
         return member
 
     def vanished(self, seat: int) -> Member | None:
-        """Free the seat of a token that is gone; return the member that was live there and is wired out."""
+        """Free the seat of a token that is gone; return the member that was live there."""
         member = self._members.get(seat)
         if member is None or not (member.live or member.out):
             return None
         del self._members[seat]
         if member.out:
             return None
-        self._rewire()
         return member
 
     def expel(self, tram: Tram) -> Member | None:
@@ -129,7 +134,6 @@ class Membership:
         if member is None or not member.live:
             return None
         member.live, member.out = False, True
-        self._rewire()
         return member
 
     def silent(self, now: float) -> frozenset[Tram]:
@@ -164,9 +168,3 @@ class Membership:
         for seat, member in list(self._members.items()):
             if not (member.live or member.out) and now - member.since > EXPECTED_FOR:
                 del self._members[seat]
-
-    def _rewire(self) -> None:
-        incarnations = {member.tram.seat: member.tram.incarnation for member in self.live}
-        self.wiring = rewire(
-            self._shape, {ROOT: self._root_incarnation, **incarnations}, self.wiring.epoch + 1
-        )
