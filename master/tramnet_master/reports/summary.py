@@ -10,8 +10,11 @@ from rich.text import Text
 
 from tramnet_master.console import people
 from tramnet_master.progress import plural
+from tramnet_master.reports.design_record import read_design
+from tramnet_master.reports.design_summary import design_facts, design_verdict, points_table
 from tramnet_master.reports.findings import Findings
 from tramnet_master.results import ServoResult
+from tramnet_master.run_folder import DESIGN
 
 Fact = tuple[str, str]
 
@@ -45,6 +48,9 @@ def print_summary(folder: Path, console: Console = people) -> None:
         console.print(verdict(found))
     if found.servo is not None:
         console.print(servo_table(found.servo))
+    if (folder / DESIGN).is_file():
+        console.print(points_table(read_design(folder / DESIGN)))
+        console.print(design_verdict(found))
     console.print(f"results in {folder}", markup=False, soft_wrap=True)
 
 
@@ -53,6 +59,8 @@ def facts_of(found: Findings) -> Iterator[Fact]:
     best = found.table("best")
     yield "objective", f"{_short(best.get('objective'))}, first in generation {best['generation']}"
     yield from _motion(found)
+    if "arm" in found.keys:
+        yield from design_facts(found)
     yield "evaluations", _evaluations(found)
     lost, condemned = found.number("lost_workers") or 0, len(found.rows("condemned"))
     workers = int(found.number("workers") or 0)
