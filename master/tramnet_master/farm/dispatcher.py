@@ -550,9 +550,9 @@ class Farm:
         if changes.lost:
             self._handle(events.WorkerLost(changes.lost[0], tuple(changes.lost[1:])))
         for tram in changes.joined:
-            member = self.membership.find(tram)
-            if member is not None:
-                self._handle(events.WorkerReady(tram, member.fresh))
+            joined = self.membership.find(tram)
+            if joined is not None:
+                self._handle(events.WorkerReady(tram, joined.fresh))
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
