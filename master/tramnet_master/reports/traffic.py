@@ -111,7 +111,11 @@ def draw_space_time(recording: Recording, window: tuple[float, float]) -> Figure
 
 def middle_of(recording: Recording) -> tuple[float, float]:
     """From when to when the middle of a recording goes in which workers answer a few chunks [s]."""
-    answers = [frame for frame in recording.frames if frame.seconds is not None]
+    answers = [
+        frame
+        for frame in recording.frames
+        if frame.seconds is not None and frame.link[0] == frame.source
+    ]
     workers = len({frame.source for frame in answers}) or 1
     half = SHOWN_CHUNKS * workers // 2
     middle = len(answers) // 2

@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 import msgspec
 import zstandard
-from mcap.exceptions import EndOfFile, McapError
+from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata
 from mcap.stream_reader import StreamReader, breakup_chunk
 from msgspec import Struct
@@ -111,13 +111,15 @@ def read_recording(path: Path) -> Recording:
     recording = Recording(path)
     try:
         with path.open("rb") as file:
-            _read(file, recording)
-    except EndOfFile:
-        pass  # a recorder that was killed; what came before is whole
+            try:
+                _read(file, recording)
+            except _BAD_BYTES as error:
+                if file.read(1):
+                    expected = "a recording as `tramnet record` makes one"
+                    raise DamagedFile(path, str(error), expected) from error
+                # The file ends in the middle: its recorder was killed. What came before is whole.
     except OSError as error:
         raise DamagedFile(path, error.strerror or str(error), "a file to read") from error
-    except _BAD_BYTES as error:
-        raise DamagedFile(path, str(error), "a recording as `tramnet record` makes one") from error
     return recording
 
 
