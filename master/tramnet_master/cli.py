@@ -13,6 +13,7 @@ from tramnet_master.commands import network, results, runs, simulate, tables, to
 from tramnet_master.commands.echo import echo
 from tramnet_master.commands.inspect import inspect
 from tramnet_master.commands.record import record
+from tramnet_master.commands.traffic import traffic
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
 from tramnet_protocol.errors import BadEndpoint, BadKey, BadLink, BadTopology, ProtocolError
@@ -58,6 +59,7 @@ app.command()(topology.topology)
 app.command()(inspect)
 app.command()(echo)
 app.command()(record)
+app.command()(traffic)
 app.command()(results.report)
 app.command()(results.problems)
 
