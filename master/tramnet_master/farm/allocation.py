@@ -182,7 +182,7 @@ class Allocation:
         self._ledger.record(assignment)
         worker.load(assignment)
         if len(worker.held) == 1:
-            self.start_clock(worker)
+            self._start_clock(worker)
         self.roster.place(worker)
         self._turn.out.append(Send(worker.tram, work))
 
@@ -205,7 +205,12 @@ class Allocation:
         assignment.via = frozenset(self.routes.get(worker.tram, ()))
         self._turn.out.append(Repeat(worker.tram, assignment.work))
         if assignment is worker.held[0]:
-            self.start_clock(worker)
+            self.restart_clock(worker)
+
+    def restart_clock(self, worker: Worker) -> None:
+        """Give the chunk in work its time anew; by now its cost may be known."""
+        self._start_clock(worker)
+        self.roster.place(worker)
 
     def unload(self, event: Answered | Raised) -> Worker | None:
         """Free the credit of a chunk its worker has answered, whatever the answer is worth."""
@@ -214,11 +219,11 @@ class Allocation:
             in_work = worker.held[0]
             worker.unload(event.work)
             if worker.held and worker.held[0] is not in_work:
-                self.start_clock(worker)
+                self._start_clock(worker)
             self.roster.place(worker)
         return worker
 
-    def start_clock(self, worker: Worker) -> None:
+    def _start_clock(self, worker: Worker) -> None:
         """Set the deadline of the chunk that a worker has just begun."""
         assignment = worker.held[0]
         piece = assignment.piece

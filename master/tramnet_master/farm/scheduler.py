@@ -243,7 +243,7 @@ class Scheduler:
             if culprit is not None:
                 self._retire(culprit, blame="its worker fell silent")
         if worker.standing is not Standing.RETIRED:
-            self._allocation.start_clock(worker)
+            self._allocation.restart_clock(worker)
 
     def _retire(self, worker: Worker, blame: str | None) -> None:
         """Take everything back from a worker; where there is blame, the chunk in work has it."""

@@ -11,6 +11,9 @@ from tramnet_protocol.transport import open_worker
 from tramnet_workers.node.lifeline import hold_on_to_parent
 from tramnet_workers.node.service import Home, Service
 
+SWITCH_INTERVAL = 0.0005
+"""Longest time a thread keeps the interpreter that another one waits for [s]: routing goes before computing."""
+
 
 def main() -> int:
     """Run one worker; return its exit status, of which the supervisor knows the meaning."""
@@ -26,6 +29,7 @@ def main() -> int:
     )
     # Ctrl-C is the root's affair: it tells its workers to end, or goes and takes them along.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.setswitchinterval(SWITCH_INTERVAL)
     hold_on_to_parent(lambda: os._exit(0))
     connect = functools.partial(open_worker, arguments.connect)
     service = Service(Home(arguments.network, arguments.supervisor, arguments.patience, connect))

@@ -8,6 +8,7 @@ A frame of a wiring that is not known here yet waits for it, whomever it is for,
 sends the answer by the wiring of the question or a newer one. What waits is bounded in number and bytes.
 """
 
+import logging
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -24,6 +25,8 @@ MOST_WAITING_BYTES = 4 * 1024 * 1024
 """What they may hold [B]."""
 
 _LONG = 3600.0
+
+_log = logging.getLogger(__name__)
 
 
 class Arrived(NamedTuple):
@@ -141,7 +144,10 @@ class Router:
 
     def _let_go(self, arrived: Arrived | None) -> None:
         for one in self._transit.ready(arrived):
-            if self._exchange.is_ours(one.frame):
-                self._take(one.frame)
-            else:
-                self._pass_on(one.key, one.frame)
+            try:
+                if self._exchange.is_ours(one.frame):
+                    self._take(one.frame)
+                else:
+                    self._pass_on(one.key, one.frame)
+            except Exception:
+                _log.exception("could not pass on a frame of TRAM %d", one.frame.header.source)
