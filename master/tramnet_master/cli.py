@@ -7,15 +7,10 @@ from typing import Annotated
 
 import typer
 
-from tramnet_master.commands import (
-    network,
-    results,
-    runs,
-    simulate,
-    tables,
-    topology,
-    traffic,
-)
+from tramnet_master.commands import network, results, runs, simulate, tables, topology
+from tramnet_master.commands.echo import echo
+from tramnet_master.commands.inspect import inspect
+from tramnet_master.commands.record import record
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
 from tramnet_protocol.errors import BadEndpoint, BadKey, BadLink, BadTopology, ProtocolError
@@ -36,15 +31,16 @@ app = typer.Typer(
 )
 app.add_typer(runs.app, name="run")
 app.add_typer(simulate.app, name="simulate")
+app.add_typer(tables.app, name="table")
 app.command()(runs.resume)
 app.command()(network.worker)
 app.command()(network.scale)
 app.command()(network.stop)
-app.command()(traffic.inspect)
-app.command()(traffic.echo)
 app.command()(topology.topology)
+app.command()(inspect)
+app.command()(echo)
+app.command()(record)
 app.command()(results.report)
-app.command()(tables.table)
 app.command()(results.problems)
 
 

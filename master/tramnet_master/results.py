@@ -59,6 +59,22 @@ class Booked(Struct, frozen=True):
     utilisation: float
 
 
+class Messages(Struct, frozen=True):
+    """Messages of one kind that the root sent and received.
+
+    Attributes:
+        sent: How many it sent.
+        sent_bytes: Their size [B].
+        received: How many it received.
+        received_bytes: Their size [B].
+    """
+
+    sent: int
+    sent_bytes: int
+    received: int
+    received_bytes: int
+
+
 class Result(Struct, frozen=True, kw_only=True):
     """What every run writes.
 
@@ -82,6 +98,7 @@ class Result(Struct, frozen=True, kw_only=True):
         versions: Versions of what computed it.
         link_books: What the network would have been like if it had been made of transputers, in virtual time; None
             where no books were kept.
+        messages: What the root sent and received since it started, by the tag of ``protocol/README.md``.
     """
 
     experiment: str
@@ -101,6 +118,7 @@ class Result(Struct, frozen=True, kw_only=True):
     final_population_sha256: str
     paper: float | None
     versions: dict[str, str]
+    messages: dict[str, Messages] = {}
     link_books: Booked | None = None
 
 

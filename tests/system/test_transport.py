@@ -302,6 +302,17 @@ def test_a_token_disappears_with_its_channel(root):
     assert seen.next() == (KEYS.alive(1), False)
 
 
+def test_the_token_of_a_root_disappears_with_its_channel():
+    with open_root("test", LOOPBACK) as root, open_worker(root.endpoint) as worker:
+        root.declare_token(KEYS.alive(0))
+        seen = watched(worker, KEYS.alive(0))
+        assert seen.next() == (KEYS.alive(0), True)
+
+        root.close()
+
+        assert seen.next() == (KEYS.alive(0), False)
+
+
 def test_a_worker_connects_again_when_the_root_comes_back():
     with open_root("test", LOOPBACK) as first:
         endpoint = first.endpoint

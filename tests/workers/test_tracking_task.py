@@ -112,6 +112,13 @@ def test_a_task_comes_back_from_the_wire_as_it_was(task: TrackingTask) -> None:
     assert hash(again) == hash(task)
 
 
+def test_a_run_file_that_leaves_out_a_weight_of_none_is_understood() -> None:
+    kept = {name: value for name, value in PAPER.parameters().items() if value is not None}
+
+    assert "clearance_weight" not in kept
+    assert TrackingTask.from_parameters(kept) == PAPER
+
+
 def test_an_unknown_key_is_refused() -> None:
     with pytest.raises(InvalidTask, match="speed"):
         TrackingTask.from_parameters({**PAPER.parameters(), "speed": 1.0})

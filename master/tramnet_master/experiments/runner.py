@@ -8,7 +8,7 @@ import secrets
 import signal
 import socket
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,25 +21,20 @@ from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
 from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import Engine, HoldsPopulations
-from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
+from tramnet_master.errors import Interrupted, NetworkTaken, RunFailed
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
+from tramnet_master.experiments.run_options import RunOptions
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
-from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
-from tramnet_master.results import BestFound, Booked, Result, versions
+from tramnet_master.results import BestFound, Booked, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
-from tramnet_master.simulation.machines import T805, machine
-from tramnet_master.topologies import find_shape
-from tramnet_master.traffic.books import LinkBooks
-from tramnet_protocol.edge_list import edge_list_shape
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
-from tramnet_protocol.topology import Shape
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -48,119 +43,14 @@ from tramnet_workers.node.supervisor import Ended, Supervisor
 ANNOUNCE_PERIOD = 0.1
 """Shortest time between two announcements of a generation [s]."""
 
+PATIENCE = 3600.0
+"""How long local workers look for their root [s]; they end with it however it ends, so this need not be short."""
+
 START_UP = 60.0
 """Longest wait for the first local worker before the clock of the run starts [s]."""
 
-NO_NODE = "none"
-"""Stands for a node where no link books are to be kept."""
-
 OTHERS = 3.0
 """Longest wait for the other local workers after the first [s]."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """How a run is made; none of it changes the result.
-
-    Attributes:
-        workers: Number of local workers.
-        topology: Shape of the network, or a file of links.
-        network: Name of the network, or None for any free one.
-        listen: Endpoint at which workers connect.
-        first_deadline: Time an individual may take before its cost is known [s].
-        on_failure: ``penalise``, ``retry`` or ``stop``.
-        allow_mixed: Whether workers of another arithmetic are let in.
-        checkpoint_seconds: Time between checkpoints [s].
-        node: Whose machine the link books are kept for, or ``none`` for no books.
-        mbaud: Speed of its links [Mbaud].
-    """
-
-    workers: int = 2
-    topology: str = "star"
-    network: str | None = None
-    listen: str = "tcp/127.0.0.1:0"
-    first_deadline: float = 60.0
-    on_failure: str = "penalise"
-    allow_mixed: bool = False
-    checkpoint_seconds: float = 1.0
-    node: str = T805
-    mbaud: int = 20
-
-    def shape(self) -> Shape:
-        """Return the shape of the network.
-
-        Raises:
-            BadTopology: There is none of that name, or the links cannot be laid.
-            InvalidFile: The file of links cannot be used.
-        """
-        return find_shape(self.topology)
-
-    def books(self) -> LinkBooks | None:
-        """Return empty link books, or None where none are to be kept.
-
-        Raises:
-            InvalidOption: There is no such node.
-            BadLink: Its links have no such speed.
-        """
-        if self.node == NO_NODE:
-            return None
-        if self.node != T805:
-            raise InvalidOption("--node", repr(self.node), f"{T805} or {NO_NODE}")
-        return LinkBooks(machine(self.node, self.mbaud))
-
-    def rules(self) -> Rules:
-        """Return the scheduler's rules.
-
-        Raises:
-            InvalidOption: There is no such policy.
-        """
-        if self.on_failure not in ("penalise", "retry", "stop"):
-            raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
-        return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
-
-
-@dataclass(frozen=True)
-class OldOptions(RunOptions):
-    """How a run that is gone on with was made.
-
-    Attributes:
-        links: What its file of links said when it began; that is not read again.
-    """
-
-    links: tuple[tuple[int, int], ...] = ()
-
-    def shape(self) -> Shape:
-        """Return the shape of the network."""
-        if self.links:
-            return edge_list_shape(Path(self.topology).name, self.links)
-        return super().shape()
-
-
-def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
-    """Return how the run of a ``run.toml`` was made, to go on with it where it can be found again.
-
-    Args:
-        path: The file, for messages.
-        document: What it says.
-        workers: Number of local workers instead of that in the file, or None.
-
-    Raises:
-        InvalidFile: The farm it describes cannot be built.
-    """
-    farm = document.get("farm")
-    if not isinstance(farm, dict):
-        raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
-    known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
-    try:
-        options = msgspec.convert(known, OldOptions, strict=True)
-    except msgspec.ValidationError as error:
-        raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
-    listen = options.listen
-    if listen.endswith(":0"):  # those who were connected look for the root where it was
-        listen = str(farm.get("endpoint", listen))
-    return dataclasses.replace(
-        options, listen=listen, workers=options.workers if workers is None else workers
-    )
 
 
 def run(
@@ -270,8 +160,9 @@ class Root:
             books = checkpoint.state.get("books")
             if self._books is not None and isinstance(books, dict):
                 self._books.restore(books)
-        self._farm.open()
         self._start_workers()
+        Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
+        self._farm.open()
         outline = Outline(
             experiment.title,
             experiment.generations,
@@ -288,10 +179,8 @@ class Root:
             return self._conclude()
 
     def _start_workers(self) -> None:
-        """Compile before launching, so that several workers do not compile the same at once."""
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
-        arguments += ["--supervisor", self._name]
-        Evaluator(self._experiment.setup)
+        arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -391,6 +280,7 @@ class Root:
         busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
         load = Load(farm.chunks, busy)
         result = experiment.conclude(self._folder, common, timing, load)
+        result = msgspec.structs.replace(result, messages=self._messages())
         self._folder.write_result(result)
         return result
 
@@ -399,6 +289,14 @@ class Root:
             return None
         write_table(self._folder.path / LINKS, self._books.totals.columns())
         return self._books.summary(self._options.mbaud)
+
+    def _messages(self) -> dict[str, Messages]:
+        counted = self._farm.messages
+        return {
+            c.tag: Messages(c.sent, c.sent_bytes, c.received, c.received_bytes)
+            for c in counted
+            if c.sent or c.received
+        }
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began

@@ -48,6 +48,7 @@ from tramnet_protocol.messages import (
     PopulationSnapshot,
     Stats,
     Stop,
+    TagCounters,
     Tracked,
     Work,
     WorkId,
@@ -201,6 +202,11 @@ class Farm:
         self.chunks = 0
         self._interrupted = False
 
+    @property
+    def messages(self) -> tuple[TagCounters, ...]:
+        """Counters of what the root sent and received on links, by tag."""
+        return tuple(self._exchange.tags())
+
     def open(self) -> None:
         """Begin to listen and show presence."""
         inbox, keys, channel = self.inbox, self._keys, self._channel
@@ -281,6 +287,7 @@ class Farm:
         now = time.monotonic()
         return {
             "network": self._keys.network,
+            "run": self._exchange.identity.run,
             "topology": self.membership.wiring.topology,
             "epoch": self.membership.wiring.epoch,
             "uptime": now - self._started,
@@ -560,7 +567,7 @@ class Farm:
             links=tuple(self._exchange.counters(self.inbox.waiting)),
             pid=os.getpid(),
             host=socket.gethostname(),
-            tags=tuple(self._exchange.tags()),
+            tags=self.messages,
         )
 
     def _find(self, work: WorkId) -> Collection | None:

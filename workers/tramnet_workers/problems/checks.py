@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 CONTROL_STEPS = 20  # n1 of eq (13)
 
-MOST_RC = 1e-3  # [m]
+MOST_RC = 1e-3  # [m], for orientations weighted with the arm's scale
 MOST_JLC = 1e-6  # [rad]
 MOST_JUMP = np.pi / 4  # between neighbouring stations [rad]
 LEAST_DM = 0.05
@@ -114,8 +114,21 @@ def find_violations(
     task: DesignTask, poses: Poses, terms: Floats, motion: Motion
 ) -> tuple[Violation, ...]:
     """Return what is beyond its limit, station by station, then interval by interval."""
+    found = list(violations_at(poses.stations, terms))
+    for i in range(len(motion.joints)):
+        found += _violations_between(task, poses, motion, i)
+    return tuple(found)
+
+
+def violations_at(stations: Floats, terms: Floats) -> tuple[Violation, ...]:
+    """Return what is beyond its limit at stations.
+
+    Args:
+        stations: Path parameters, of shape (k,).
+        terms: All terms of eq (4) there, of shape (k, 8).
+    """
     found: list[Violation] = []
-    for s, row in zip(poses.stations, terms, strict=True):
+    for s, row in zip(stations, terms, strict=True):
         at = (float(s),)
         if not row[RC] <= MOST_RC:
             found.append(Violation("rc", at, float(row[RC]), MOST_RC))
@@ -123,8 +136,6 @@ def find_violations(
             found.append(Violation("jlc", at, float(row[JLC]), MOST_JLC))
         if not row[DM] >= LEAST_DM:
             found.append(Violation("dm", at, float(row[DM]), LEAST_DM))
-    for i in range(len(motion.joints)):
-        found += _violations_between(task, poses, motion, i)
     return tuple(found)
 
 

@@ -252,4 +252,4 @@ class _TaskParameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     zone: float
     radius: float
     error_weight: float
-    clearance_weight: float | None = None
+    clearance_weight: float | None = None  # run files cannot say None
