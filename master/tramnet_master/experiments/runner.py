@@ -34,7 +34,9 @@ from tramnet_master.results import BestFound, Booked, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.keys import Keys, check_network
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
+from tramnet_protocol.pacing import Pacer
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -73,8 +75,7 @@ def run(
     Raises:
         Interrupted: Somebody asked it to stop.
     """
-    shape = options.shape()
-    shape.check_room(1 + options.workers)
+    options.check()
     with ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
@@ -129,11 +130,20 @@ class Root:
             experiment.setup,
             kernel_fingerprint(),
             options.allow_mixed,
+            options.pace_of_links(),
         )
         hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
         self._books = options.books()
+        self._pacer = Pacer(channel, LinkTiming.of(house.pace)) if house.pace else None
         self._farm = Farm(
-            channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books
+            channel,
+            Keys(network),
+            house,
+            self._shape,
+            Scheduler(rules),
+            hands,
+            self._books,
+            self._pacer,
         )
 
     def __enter__(self) -> "Root":
@@ -143,6 +153,8 @@ class Root:
         if self._supervisor is not None:
             self._farm.dismiss("the run is over")
             self._supervisor.close()
+        if self._pacer is not None:
+            self._pacer.close()
 
     def run(self) -> Result:
         """Make the run; return its result.
