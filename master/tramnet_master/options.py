@@ -139,6 +139,13 @@ Node: TypeAlias = Annotated[
         help="Machine of the 1990s to keep link books for, in virtual time: t805-25, or none.",
     ),
 ]  # fmt: skip
+Pace: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--pace", envvar="TRAMNET_PACE", rich_help_panel=_FARM,
+        help="Let frames really take as long as on a transputer's links, to show it.",
+    ),
+]  # fmt: skip
 Mbaud: TypeAlias = Annotated[
     int,
     typer.Option(

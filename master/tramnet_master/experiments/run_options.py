@@ -13,6 +13,8 @@ from tramnet_master.simulation.machines import T805, machine
 from tramnet_master.topologies import find_shape
 from tramnet_master.traffic.books import LinkBooks
 from tramnet_protocol.edge_list import edge_list_shape
+from tramnet_protocol.links import LinkTiming
+from tramnet_protocol.messages import Pace
 from tramnet_protocol.topology import Shape
 
 NO_NODE = "none"
@@ -37,6 +39,7 @@ class RunOptions:
         worker_memory: Memory a local worker may have [MiB], or 0 for any.
         node: Whose machine the link books are kept for, or ``none`` for no books.
         mbaud: Speed of its links [Mbaud].
+        pace: Whether frames really take as long as on such links.
     """
 
     workers: int = 2
@@ -52,6 +55,7 @@ class RunOptions:
     worker_memory: int = 0
     node: str = T805
     mbaud: int = 20
+    pace: bool = False
 
     def shape(self) -> Shape:
         """Return the shape of the network.
@@ -74,6 +78,30 @@ class RunOptions:
         if self.node != T805:
             raise InvalidOption("--node", repr(self.node), f"{T805} or {NO_NODE}")
         return LinkBooks(machine(self.node, self.mbaud))
+
+    def pace_of_links(self) -> Pace:
+        """Return the speed of the links whose pace frames shall have, 0 for their own [Mbaud].
+
+        Raises:
+            BadLink: No link of a transputer has that speed.
+        """
+        LinkTiming.of(self.mbaud)
+        pace: Pace = msgspec.convert(self.mbaud if self.pace else 0, Pace)
+        return pace
+
+    def check(self) -> None:
+        """Check all of it before anything is begun.
+
+        Raises:
+            InvalidOption: A word means nothing.
+            BadLink: No link of a transputer has that speed.
+            BadTopology: The shape is unknown or has no room for the local workers.
+            InvalidFile: The file of links cannot be used.
+        """
+        self.rules()
+        self.books()
+        self.pace_of_links()
+        self.shape().check_room(1 + self.workers)
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.

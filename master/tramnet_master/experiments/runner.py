@@ -41,7 +41,9 @@ from tramnet_master.signals import ending, interrupting
 from tramnet_protocol.codec import encode_body
 from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
+from tramnet_protocol.pacing import Pacer
 from tramnet_protocol.packing import unpack
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
@@ -82,8 +84,7 @@ def run(
         Interrupted: Somebody asked it to stop.
         RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
-    shape = options.shape()
-    shape.check_room(1 + options.workers)
+    options.check()
     _check_that_it_travels(experiment.setup)
     with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
@@ -144,13 +145,22 @@ class Root:
             experiment.setup,
             kernel_fingerprint(),
             options.allow_mixed,
+            options.pace_of_links(),
         )
         hands = Hands(
             self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
         )
         self._books = options.books()
+        self._pacer = Pacer(channel, LinkTiming.of(house.pace)) if house.pace else None
         self._farm = Farm(
-            channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books
+            channel,
+            Keys(network),
+            house,
+            self._shape,
+            Scheduler(rules),
+            hands,
+            self._books,
+            self._pacer,
         )
 
     def __enter__(self) -> "Root":
@@ -160,6 +170,8 @@ class Root:
         if self._supervisor is not None:
             self._farm.dismiss("the run is over")
             self._supervisor.close()
+        if self._pacer is not None:
+            self._pacer.close()
 
     def run(self) -> Result:
         """Make the run; return its result.

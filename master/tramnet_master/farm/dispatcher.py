@@ -27,7 +27,7 @@ from tramnet_master.farm.membership import Member, Membership
 from tramnet_master.farm.reception import House, Reception
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.farm.ways import ways
-from tramnet_protocol.channel import Channel, Lane, Query
+from tramnet_protocol.channel import Channel, Lane, Publisher, Query
 from tramnet_protocol.codec import Frame, Header, decode, encode
 from tramnet_protocol.errors import MalformedFrame, UnknownKey
 from tramnet_protocol.exchange import Exchange, Identity
@@ -152,6 +152,7 @@ class Farm:
         scheduler: Decides.
         hands: What others do for the farm.
         books: Who is told what passes, or None for nobody.
+        links: Where frames are published, or None for the channel.
 
     Attributes:
         inbox: Where everything arrives.
@@ -174,6 +175,7 @@ class Farm:
         scheduler: Scheduler,
         hands: Hands,
         books: Books | None = None,
+        links: Publisher | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
         self.membership = Membership(shape, house.root_incarnation)
@@ -184,6 +186,7 @@ class Farm:
         self.waited_seconds = 0.0
         self.busy_seconds: dict[Tram, float] = {}
         self._channel = channel
+        self._links: Publisher = links or channel
         self._keys = keys
         self._hands = hands
         self._scheduler = scheduler
@@ -557,7 +560,7 @@ class Farm:
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
         began = time.perf_counter()
-        self._channel.publish(key, payload, Lane.LINK)
+        self._links.publish(key, payload, Lane.LINK)
         self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:

@@ -28,6 +28,7 @@ from tramnet_protocol.errors import CannotConnect, MalformedFrame, NoAnswer, Rem
 from tramnet_protocol.exchange import Identity
 from tramnet_protocol.inbox import Inbox
 from tramnet_protocol.keys import Keys
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import (
     NOBODY,
     PROTOCOL_VERSION,
@@ -296,7 +297,8 @@ class Service:
         membership = Membership(reply.root_incarnation, reply.seat, reply.incarnation)
         identity = Identity(reply.run, reply.seat, reply.incarnation)
         self._channel = channel
-        self._links = Links(channel, self._keys, identity, reply.wiring, self._take)
+        pace = LinkTiming.of(reply.pace) if reply.pace else None
+        self._links = Links(channel, self._keys, identity, reply.wiring, self._take, pace)
         channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_order)
         self._apply(states.Joined(membership, reply.setup))
         return True
