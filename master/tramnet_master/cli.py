@@ -8,16 +8,16 @@ from typing import Annotated
 
 import typer
 
-from tramnet_master.commands import network, results, runs, tables, traffic
+from tramnet_master.commands import certificates, network, results, runs, tables, traffic
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
-from tramnet_protocol.errors import BadEndpoint, BadKey, BadTopology, ProtocolError
+from tramnet_protocol.errors import BadCredentials, BadEndpoint, BadKey, BadTopology, ProtocolError
 from tramnet_workers.errors import InvalidParameters, InvalidTask, UnknownProblem, WorkersError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _BAD_INPUT = (
-    BadKey, BadEndpoint, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
+    BadCredentials, BadKey, BadEndpoint, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
 )  # fmt: skip
 
 app = typer.Typer(
@@ -34,6 +34,7 @@ app.command()(network.scale)
 app.command()(network.stop)
 app.command()(traffic.inspect)
 app.command()(traffic.echo)
+app.command()(certificates.certificates)
 app.command()(results.report)
 app.command()(tables.table)
 app.command()(results.problems)

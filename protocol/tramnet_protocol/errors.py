@@ -9,6 +9,7 @@
     - BadTopology: a shape that is unknown or cannot join these TRAMs
     - BadEndpoint: an endpoint that cannot be listened on
       · AddressInUse: somebody listens there already
+    - BadCredentials: certificates, a key or a list of seats that cannot be used
     - ChannelClosed: the channel was closed before
   + RemoteProtocolError: another side misbehaved, or is not there
     - MalformedFrame: bytes that are no frame of ours
@@ -19,6 +20,8 @@
 
 Each message says what was found, what was expected and, where there is one, what would work.
 """
+
+from pathlib import Path
 
 
 class ProtocolError(Exception):
@@ -86,6 +89,18 @@ class AddressInUse(BadEndpoint):
             f"somebody listens at {endpoint} already; stop that process, or choose another "
             "address (port 0 takes a free one)",
         )
+
+
+class BadCredentials(LocalProtocolError):
+    """Certificates, a key or a list of seats that cannot be used.
+
+    Attributes:
+        path: The file or folder.
+    """
+
+    def __init__(self, path: Path, message: str) -> None:
+        super().__init__(f"{path}: {message}; see docs/security.md")
+        self.path = path
 
 
 class ChannelClosed(LocalProtocolError):

@@ -40,6 +40,8 @@ from tramnet_master.run_folder import HISTORY, OpenRunFolder
 from tramnet_master.signals import ending, interrupting
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
+from tramnet_protocol.security import Credentials
+from tramnet_protocol.settings import PRIVATE
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -53,6 +55,10 @@ START_UP = 60.0
 
 OTHERS = 3.0
 """Longest wait for the other local workers after the first [s]."""
+
+
+ANYWHERE_HERE = "tcp/127.0.0.1:0"
+"""A free port that only this machine reaches."""
 
 
 @dataclass(frozen=True)
@@ -71,12 +77,13 @@ class RunOptions:
         checkpoint_generations: Generations between checkpoints, or 0 for as many as that time lasts.
         deadline: No chunk's deadline is shorter [s].
         worker_memory: Memory a local worker may have [MiB], or 0 for any.
+        tls: Folder with the root's certificate, its key and its list of who may join, or None to let all in.
     """
 
     workers: int = 2
     topology: str = "star"
     network: str | None = None
-    listen: str = "tcp/127.0.0.1:0"
+    listen: str = ANYWHERE_HERE
     first_deadline: float = 60.0
     on_failure: str = "penalise"
     allow_mixed: bool = False
@@ -84,6 +91,14 @@ class RunOptions:
     checkpoint_generations: int = 0
     deadline: float = 3.0
     worker_memory: int = 0
+    tls: Path | None = None
+
+    @property
+    def endpoint(self) -> str:
+        """Where the root listens: where it was told, or on loopback, in private where it has a certificate."""
+        if self.tls and self.listen == ANYWHERE_HERE:
+            return ANYWHERE_HERE.replace("tcp", PRIVATE[0])
+        return self.listen
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.
@@ -116,7 +131,7 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
         raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
     known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
     try:
-        options = msgspec.convert(known, RunOptions, strict=True)
+        options = msgspec.convert(known, RunOptions, strict=True, dec_hook=_path)
     except msgspec.ValidationError as error:
         raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
     listen = options.listen
@@ -125,6 +140,13 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
     return dataclasses.replace(
         options, listen=listen, workers=options.workers if workers is None else workers
     )
+
+
+def _path(kind: type, value: object) -> Path:
+    """Return what msgspec has no type of its own for."""
+    if kind is Path and isinstance(value, str):
+        return Path(value)
+    raise TypeError(f"found {value!r}, expected a path")
 
 
 def run(
@@ -152,7 +174,10 @@ def run(
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
         observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
-        channel = stack.enter_context(open_root(network, [options.listen], observers))
+        credentials = Credentials.load(options.tls) if options.tls else None
+        channel = stack.enter_context(
+            open_root(network, [options.endpoint], observers, credentials)
+        )
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
         claim.announce(
             networks.LiveNetwork(
@@ -206,6 +231,7 @@ class Root:
             experiment.setup,
             kernel_fingerprint(),
             options.allow_mixed,
+            Credentials.load(options.tls).seats() if options.tls else None,
         )
         hands = Hands(
             self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
@@ -257,6 +283,8 @@ class Root:
         """Compile before launching, so that several workers do not compile the same at once."""
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
         arguments += ["--supervisor", self._name, "--memory", str(self._options.worker_memory)]
+        if self._options.tls:
+            arguments += ["--tls", str(self._options.tls)]
         Evaluator(self._experiment.setup)
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
@@ -529,6 +557,7 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "tls": options.tls and options.tls.absolute(),
             "network": network,
             "endpoint": channel.endpoint,
         },

@@ -214,10 +214,11 @@ class Farm:
         )
         # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
-        channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
+        for key in (keys.join, keys.join_as_anybody):
+            channel.serve(
+                key,
+                lambda query: inbox.put_from(query.key, len(query.payload), JoinAsked(query)),
+            )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -371,7 +372,9 @@ class Farm:
             self._lose(member)
 
     def _take_join(self, query: Query) -> None:
-        answer, member = self.reception.join(query.payload, time.monotonic())
+        answer, member = self.reception.join(
+            query.payload, time.monotonic(), self._keys.asker(query.key)
+        )
         if member is not None:
             self._exchange.forget(member.tram.seat)
             self._rewire()

@@ -1,7 +1,7 @@
 """Answers whoever comes to the root: workers that ask for a seat, and people who steer."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from tramnet_master.farm.membership import Member, Membership
@@ -17,6 +17,7 @@ from tramnet_protocol.messages import (
     Refusal,
     Setup,
 )
+from tramnet_protocol.topology import ALL_SEATS
 
 _log = logging.getLogger(__name__)
 
@@ -31,6 +32,7 @@ class House:
         setup: The problem.
         fingerprint: Fingerprint of the root's own arithmetic.
         allow_mixed: Whether workers of another fingerprint are let in.
+        seats: Seats that each certificate's name may take, or None where nobody needs one.
     """
 
     run: int
@@ -38,6 +40,7 @@ class House:
     setup: Setup
     fingerprint: str
     allow_mixed: bool = False
+    seats: Mapping[str, range] | None = None
 
 
 class Reception:
@@ -58,12 +61,15 @@ class Reception:
         self.mixed = False
         self.refused = 0
 
-    def join(self, payload: bytes, now: float) -> tuple[bytes, Member | None]:
+    def join(
+        self, payload: bytes, now: float, name: str | None = None
+    ) -> tuple[bytes, Member | None]:
         """Answer a worker that asks for a seat.
 
         Args:
             payload: Its question.
             now: Monotonic time [s].
+            name: Name of its certificate, as the transport has seen it, or None where it showed none.
 
         Returns:
             The answer, and the member it made, if it made one.
@@ -74,11 +80,12 @@ class Reception:
             return self._refuse(str(error))
         if not isinstance(request, JoinRequest):
             return self._refuse(f"found a {type(request).__name__}, expected a JoinRequest")
-        reason = self._objection(request)
+        seats = self._seats_of(name)
+        reason = self._objection(request) if seats else f"no seat is for {name or 'the nameless'}"
         if reason:
             return self._refuse(reason)
         try:
-            member = self._membership.admit(request, now)
+            member = self._membership.admit(request, now, seats)
         except BadTopology as error:
             return self._refuse(str(error), final=False)
         reply = JoinReply(
@@ -105,6 +112,11 @@ class Reception:
             return self._frame(act(request))
         except (MalformedFrame, ValueError) as error:
             return self._frame(Refusal(str(error), final=True))
+
+    def _seats_of(self, name: str | None) -> range:
+        if self._house.seats is None:
+            return ALL_SEATS
+        return self._house.seats.get(name or "", range(0))
 
     def _objection(self, request: JoinRequest) -> str:
         if request.protocol != PROTOCOL_VERSION:
