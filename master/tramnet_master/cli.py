@@ -8,16 +8,27 @@ from typing import Annotated
 
 import typer
 
-from tramnet_master.commands import certificates, network, results, runs, tables, traffic
+from tramnet_master.commands import certificates, network, results, runs, simulate, tables, topology
+from tramnet_master.commands.echo import echo
+from tramnet_master.commands.inspect import inspect
+from tramnet_master.commands.record import record
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
-from tramnet_protocol.errors import BadCredentials, BadEndpoint, BadKey, BadTopology, ProtocolError
+from tramnet_protocol.errors import (
+    BadCredentials,
+    BadEndpoint,
+    BadKey,
+    BadLink,
+    BadTopology,
+    ProtocolError,
+)
 from tramnet_workers.errors import InvalidParameters, InvalidTask, UnknownProblem, WorkersError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _BAD_INPUT = (
-    BadCredentials, BadKey, BadEndpoint, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
+    BadCredentials, BadKey, BadEndpoint, BadLink, BadTopology, InvalidTask, InvalidParameters,
+    UnknownProblem,
 )  # fmt: skip
 
 app = typer.Typer(
@@ -28,15 +39,18 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(runs.app, name="run")
+app.add_typer(tables.app, name="table")
+app.add_typer(simulate.app, name="simulate")
 app.command()(runs.resume)
 app.command()(network.worker)
 app.command()(network.scale)
 app.command()(network.stop)
-app.command()(traffic.inspect)
-app.command()(traffic.echo)
+app.command()(topology.topology)
+app.command()(inspect)
+app.command()(echo)
+app.command()(record)
 app.command()(certificates.certificates)
 app.command()(results.report)
-app.command()(tables.table)
 app.command()(results.problems)
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from tramnet_master import networks
 from tramnet_master.errors import RunFailed
+from tramnet_protocol.channel import Channel
 from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Refusal
@@ -49,9 +50,26 @@ def ask(
     """
     credentials = Credentials.load(tls) if tls else None
     with open_observer(live.observers, credentials) as channel:
-        payload = channel.ask(Keys(live.network).control, encode(Header(), request), TIMEOUT)
+        return question(channel, Keys(live.network), request, TIMEOUT)
+
+
+def question(channel: Channel, keys: Keys, request: ControlRequest, timeout: float) -> ControlReply:
+    """Ask the root of a network something over a channel that is open.
+
+    Args:
+        channel: The channel.
+        keys: Keys of the network.
+        request: The question.
+        timeout: Longest wait [s].
+
+    Raises:
+        NoAnswer: The root does not answer.
+        RunFailed: It refuses.
+    """
+    payload = channel.ask(keys.control, encode(Header(), request), timeout)
     reply = decode(payload).message()
     if isinstance(reply, Refusal):
         raise RunFailed(f"the root refuses: {reply.reason}")
-    assert isinstance(reply, ControlReply), "a root answers with a ControlReply"
+    if not isinstance(reply, ControlReply):
+        raise RunFailed(f"the root answers a question with {type(reply).__name__}")
     return reply

@@ -47,8 +47,11 @@ Workers: TypeAlias = Annotated[
 ]  # fmt: skip
 Topology: TypeAlias = Annotated[
     str,
-    typer.Option(envvar="TRAMNET_TOPOLOGY", rich_help_panel=_FARM, help="Shape of the network."),
-]
+    typer.Option(
+        envvar="TRAMNET_TOPOLOGY", rich_help_panel=_FARM,
+        help="Shape of the network: star, pipeline, ring, tree, grid, torus, hypercube or LINKS.toml.",
+    ),
+]  # fmt: skip
 Network: TypeAlias = Annotated[
     str | None,
     typer.Option(
@@ -127,6 +130,20 @@ CheckpointSeconds: TypeAlias = Annotated[
     typer.Option(
         min=0.0, envvar="TRAMNET_CHECKPOINT_SECONDS", rich_help_panel=_RUN,
         help="Seconds between checkpoints.",
+    ),
+]  # fmt: skip
+Node: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        envvar="TRAMNET_NODE", rich_help_panel=_FARM,
+        help="Machine of the 1990s to keep link books for, in virtual time: t805-25, or none.",
+    ),
+]  # fmt: skip
+Mbaud: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        envvar="TRAMNET_MBAUD", rich_help_panel=_FARM,
+        help="Speed of a transputer's links: 5, 10 or 20.",
     ),
 ]  # fmt: skip
 CheckpointGenerations: TypeAlias = Annotated[

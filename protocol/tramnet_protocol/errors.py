@@ -7,6 +7,7 @@
     - BadMessage: a message that MessagePack cannot hold
     - MessageTooLarge: a payload above the limit
     - BadTopology: a shape that is unknown or cannot join these TRAMs
+    - BadLink: a link that no transputer has
     - BadEndpoint: an endpoint that cannot be listened on
       · AddressInUse: somebody listens there already
     - BadCredentials: certificates, a key or a list of seats that cannot be used
@@ -66,6 +67,16 @@ class MessageTooLarge(LocalProtocolError):
 
 class BadTopology(LocalProtocolError):
     """A shape that is unknown, or that cannot join these TRAMs."""
+
+
+class BadLink(LocalProtocolError):
+    """A link that no transputer has."""
+
+    def __init__(self, mbaud: int, switches: int, speeds: tuple[int, ...]) -> None:
+        known = ", ".join(map(str, speeds))
+        super().__init__(
+            f"found a link of {mbaud} Mbaud with {switches} switches; expected {known} Mbaud and 0 or more"
+        )
 
 
 class BadEndpoint(LocalProtocolError):

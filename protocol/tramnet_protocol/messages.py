@@ -343,7 +343,7 @@ class JoinReply(Struct, frozen=True, forbid_unknown_fields=True):
         incarnation: Incarnation of that seat.
         root_incarnation: Incarnation of the root.
         setup: The problem; ahead of the wiring, for its bulk has to be among the first values.
-        wiring: The wiring that includes it.
+        wiring: The wiring in force; one that includes the worker follows its token.
     """
 
     run: Word

@@ -218,6 +218,9 @@ class ZenohChannel:
     def close(self) -> None:
         """Close the channel; a second call does nothing."""
         if not self._session.is_closed():
+            # Zenoh tells clients of a token that its process dies with, not of one its session closes with.
+            for key in tuple(self._tokens):
+                self.withdraw_token(key)
             self._session.close()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:

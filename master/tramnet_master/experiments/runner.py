@@ -7,7 +7,7 @@ import os
 import secrets
 import socket
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,31 +17,33 @@ import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
+from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import Engine, HoldsPopulations
 from tramnet_master.errors import (
     CannotWrite,
     Interrupted,
-    InvalidFile,
-    InvalidOption,
     NetworkTaken,
     RunFailed,
     RunStopped,
+    TaskTooLarge,
 )
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
+from tramnet_master.experiments.run_options import RunOptions
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
-from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
-from tramnet_master.results import BestFound, Result, versions
-from tramnet_master.run_folder import HISTORY, OpenRunFolder
+from tramnet_master.results import BestFound, Booked, Messages, Result, versions
+from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
 from tramnet_master.signals import ending, interrupting
+from tramnet_protocol.codec import encode_body
+from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
-from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
+from tramnet_protocol.packing import unpack
 from tramnet_protocol.security import Credentials
-from tramnet_protocol.settings import PRIVATE
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -50,103 +52,14 @@ from tramnet_workers.node.supervisor import Ended, Supervisor
 ANNOUNCE_PERIOD = 0.1
 """Shortest time between two announcements of a generation [s]."""
 
+PATIENCE = 3600.0
+"""How long local workers look for their root [s]; they end with it however it ends, so this need not be short."""
+
 START_UP = 60.0
 """Longest wait for the first local worker before the clock of the run starts [s]."""
 
 OTHERS = 3.0
 """Longest wait for the other local workers after the first [s]."""
-
-
-ANYWHERE_HERE = "tcp/127.0.0.1:0"
-"""A free port that only this machine reaches."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """How a run is made; none of it changes the result.
-
-    Attributes:
-        workers: Number of local workers.
-        topology: Shape of the network.
-        network: Name of the network, or None for any free one.
-        listen: Endpoint at which workers connect.
-        first_deadline: Time an individual may take before its cost is known [s].
-        on_failure: ``penalise``, ``retry`` or ``stop``.
-        allow_mixed: Whether workers of another arithmetic are let in.
-        checkpoint_seconds: Time between checkpoints [s].
-        checkpoint_generations: Generations between checkpoints, or 0 for as many as that time lasts.
-        deadline: No chunk's deadline is shorter [s].
-        worker_memory: Memory a local worker may have [MiB], or 0 for any.
-        tls: Folder with the root's certificate, its key and its list of who may join, or None to let all in.
-    """
-
-    workers: int = 2
-    topology: str = "star"
-    network: str | None = None
-    listen: str = ANYWHERE_HERE
-    first_deadline: float = 60.0
-    on_failure: str = "penalise"
-    allow_mixed: bool = False
-    checkpoint_seconds: float = 1.0
-    checkpoint_generations: int = 0
-    deadline: float = 3.0
-    worker_memory: int = 0
-    tls: Path | None = None
-
-    @property
-    def endpoint(self) -> str:
-        """Where the root listens: where it was told, or on loopback, in private where it has a certificate."""
-        if self.tls and self.listen == ANYWHERE_HERE:
-            return ANYWHERE_HERE.replace("tcp", PRIVATE[0])
-        return self.listen
-
-    def rules(self) -> Rules:
-        """Return the scheduler's rules.
-
-        Raises:
-            InvalidOption: There is no such policy.
-        """
-        if self.on_failure not in ("penalise", "retry", "stop"):
-            raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
-        return Rules(
-            first_deadline=self.first_deadline,
-            least_deadline=self.deadline,
-            condemn=self.on_failure != "retry",
-        )
-
-
-def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
-    """Return how the run of a ``run.toml`` was made, to go on with it where it can be found again.
-
-    Args:
-        path: The file, for messages.
-        document: What it says.
-        workers: Number of local workers instead of that in the file, or None.
-
-    Raises:
-        InvalidFile: The farm it describes cannot be built.
-    """
-    farm = document.get("farm")
-    if not isinstance(farm, dict):
-        raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
-    known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
-    try:
-        options = msgspec.convert(known, RunOptions, strict=True, dec_hook=_path)
-    except msgspec.ValidationError as error:
-        raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
-    listen = options.listen
-    if listen.endswith(":0"):  # those who were connected look for the root where it was
-        listen = str(farm.get("endpoint", listen))
-    return dataclasses.replace(
-        options, listen=listen, workers=options.workers if workers is None else workers
-    )
-
-
-def _path(kind: type, value: object) -> Path:
-    """Return what msgspec has no type of its own for."""
-    if kind is Path and isinstance(value, str):
-        return Path(value)
-    raise TypeError(f"found {value!r}, expected a path")
 
 
 def run(
@@ -170,6 +83,9 @@ def run(
         Interrupted: Somebody asked it to stop.
         RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
+    shape = options.shape()
+    shape.check_room(1 + options.workers)
+    _check_that_it_travels(experiment.setup)
     with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
@@ -224,6 +140,7 @@ class Root:
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
         self._began = self._over = 0.0
+        self._shape = options.shape()
         rules = options.rules()
         house = House(
             secrets.randbits(62),
@@ -236,7 +153,10 @@ class Root:
         hands = Hands(
             self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
         )
-        self._farm = Farm(channel, Keys(network), house, options.topology, Scheduler(rules), hands)
+        self._books = options.books()
+        self._farm = Farm(
+            channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books
+        )
 
     def __enter__(self) -> "Root":
         return self
@@ -259,11 +179,15 @@ class Root:
             saved = checkpoint.state["engine"]
             assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
             experiment.engine.restore(saved)
+            books = checkpoint.state.get("books")
+            if self._books is not None and isinstance(books, dict):
+                self._books.restore(books)
+        self._start_workers()
+        Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
         self._farm.open()
         folder.log(
             "open", {"endpoint": self._channel.endpoint, "generation": experiment.engine.generation}
         )
-        self._start_workers()
         outline = Outline(
             experiment.title,
             experiment.generations,
@@ -280,12 +204,11 @@ class Root:
             return self._conclude()
 
     def _start_workers(self) -> None:
-        """Compile before launching, so that several workers do not compile the same at once."""
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
-        arguments += ["--supervisor", self._name, "--memory", str(self._options.worker_memory)]
+        arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
+        arguments += ["--memory", str(self._options.worker_memory)]
         if self._options.tls:
             arguments += ["--tls", str(self._options.tls)]
-        Evaluator(self._experiment.setup)
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -349,6 +272,7 @@ class Root:
             "lost": self._lost,
             "condemned": self._condemned,
             "mixed": self._mixed,
+            "books": None if self._books is None else self._books.state(),
         }
         self._folder.checkpoints.save(state, engine.generation)
 
@@ -367,13 +291,14 @@ class Root:
             best=BestFound(engine.best.objective, engine.best.generation),
             wall_seconds=wall,
             workers=len(farm.membership.live),
-            topology=self._options.topology,
+            topology=self._shape.name,
             lost_workers=self._lost,
             condemned=self._condemned,
             reproducible=not self._mixed,
             final_population_sha256=population_hash(engine),
             paper=experiment.paper,
             versions=versions(),
+            link_books=self._close_books(),
         )
         here = max(self._over - self._began, 1e-9)
         live = max(1, len(farm.membership.live))
@@ -386,8 +311,23 @@ class Root:
         busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
         load = Load(farm.chunks, busy)
         result = experiment.conclude(self._folder, common, timing, load)
+        result = msgspec.structs.replace(result, messages=self._messages())
         self._folder.write_result(result)
         return result
+
+    def _messages(self) -> dict[str, Messages]:
+        counted = self._farm.messages
+        return {
+            c.tag: Messages(c.sent, c.sent_bytes, c.received, c.received_bytes)
+            for c in counted
+            if c.sent or c.received
+        }
+
+    def _close_books(self) -> Booked | None:
+        if self._books is None:
+            return None
+        write_table(self._folder.path / LINKS, self._books.totals.columns())
+        return self._books.summary(self._options.mbaud)
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began
@@ -441,6 +381,7 @@ class Root:
         supervisor = self._supervisor
         match request.action:
             case "scale" if request.workers is not None and supervisor is not None:
+                self._check_room(request.workers)
                 supervisor.scale(request.workers)
                 text = f"{self._network} keeps {request.workers} local workers from now on"
             case "stop":
@@ -455,6 +396,12 @@ class Root:
                 )
         self._tell(text)
         return ControlReply(text, self._status())
+
+    def _check_room(self, workers: int) -> None:
+        try:
+            self._shape.check_room(1 + workers)
+        except BadTopology as error:
+            raise ValueError(str(error)) from error
 
     def _status(self) -> dict[str, object]:
         engine = self._experiment.engine
@@ -526,6 +473,18 @@ def population_hash(engine: Engine) -> str:
     return digest.hexdigest()
 
 
+def _check_that_it_travels(setup: Setup) -> None:
+    """Check that workers can be told of a problem, before any of them is asked to come.
+
+    Raises:
+        TaskTooLarge: It is above a limit of the protocol.
+    """
+    try:
+        unpack(encode_body(setup))
+    except (MessageTooLarge, MalformedFrame) as error:
+        raise TaskTooLarge(setup.problem, str(error)) from error
+
+
 @contextmanager
 def _hold(network: str | None) -> Iterator[tuple[str, networks.Claim]]:
     """Claim the name asked for, or the first free one of ``tramnet``, ``tramnet-2``, ..."""
@@ -558,6 +517,7 @@ def _document(
         "farm": {
             **dataclasses.asdict(options),
             "tls": options.tls and options.tls.absolute(),
+            "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,
         },

@@ -6,6 +6,7 @@ room, so that each is cut by what is known by then.
 """
 
 from collections import deque
+from collections.abc import Mapping
 
 from tramnet_master.farm.batch import Assignment, Batch, Piece
 from tramnet_master.farm.chunking import Costs, chunk_size
@@ -15,6 +16,7 @@ from tramnet_master.farm.events import (
     Instruction,
     Orphaned,
     Raised,
+    Repeat,
     Replace,
     Send,
     Tram,
@@ -49,6 +51,8 @@ class Allocation:
         costs: What their work was measured to cost.
         ready: Batches that may be cut for any worker; each at most once.
         suspects: Pieces that wait for a fresh process.
+        routes: TRAMs that frames pass on their way to a worker or back, nearest the root first; empty where there
+            are none.
     """
 
     def __init__(self, rules: Rules, ledger: Ledger, turn: Turn) -> None:
@@ -56,6 +60,7 @@ class Allocation:
         self.costs = Costs()
         self.ready: deque[Batch] = deque()
         self.suspects = Suspects()
+        self.routes: Mapping[Tram, tuple[Tram, ...]] = {}
         self._rules = rules
         self._ledger = ledger
         self._turn = turn
@@ -171,7 +176,8 @@ class Allocation:
 
     def _send(self, worker: Worker, batch: Batch, piece: Piece) -> None:
         work = batch.part(piece.first, piece.last)
-        assignment = Assignment(batch, piece, work, worker.tram, self._turn.now)
+        via = frozenset(self.routes.get(worker.tram, ()))
+        assignment = Assignment(batch, piece, work, worker.tram, self._turn.now, via=via)
         batch.give(piece)
         self._ledger.record(assignment)
         worker.load(assignment)
@@ -179,6 +185,32 @@ class Allocation:
             self._start_clock(worker)
         self.roster.place(worker)
         self._turn.out.append(Send(worker.tram, work))
+
+    def rewire(self, routes: Mapping[Tram, tuple[Tram, ...]]) -> None:
+        """Note other routes; what is under way may pass the old ones or the new ones."""
+        self.routes = routes
+        for worker in self.roster.workers.values():
+            for assignment in worker.held:
+                assignment.via = assignment.via.union(routes.get(worker.tram, ()))
+
+    def repeat_what_passed(self, lost: Tram) -> None:
+        """Send again what a lost TRAM may have taken along, to the workers that have it or should."""
+        for worker in self.roster.workers.values():
+            for assignment in worker.held:
+                if assignment.live and lost in assignment.via:
+                    self._repeat(worker, assignment)
+
+    def _repeat(self, worker: Worker, assignment: Assignment) -> None:
+        # From now on it passes the new route only: whoever takes it in knows the new wiring.
+        assignment.via = frozenset(self.routes.get(worker.tram, ()))
+        self._turn.out.append(Repeat(worker.tram, assignment.work))
+        if assignment is worker.held[0]:
+            self.restart_clock(worker)
+
+    def restart_clock(self, worker: Worker) -> None:
+        """Give the chunk in work its time anew; by now its cost may be known."""
+        self._start_clock(worker)
+        self.roster.place(worker)
 
     def unload(self, event: Answered | Raised) -> Worker | None:
         """Free the credit of a chunk its worker has answered, whatever the answer is worth."""

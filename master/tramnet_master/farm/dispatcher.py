@@ -18,12 +18,14 @@ from msgspec import Struct
 
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
+from tramnet_master.farm.books import Books, NoBooks
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
 from tramnet_master.farm.holders import Holders
 from tramnet_master.farm.membership import Member, Membership
 from tramnet_master.farm.reception import House, Reception
 from tramnet_master.farm.scheduler import Scheduler
+from tramnet_master.farm.ways import ways
 from tramnet_protocol.channel import Channel, Lane, Query
 from tramnet_protocol.codec import Frame, Header, decode, encode
 from tramnet_protocol.errors import MalformedFrame, UnknownKey
@@ -46,10 +48,12 @@ from tramnet_protocol.messages import (
     PopulationSnapshot,
     Stats,
     Stop,
+    TagCounters,
     Tracked,
     Work,
     WorkId,
 )
+from tramnet_protocol.topology import Shape
 from tramnet_workers.node.supervisor import Ended
 
 HEARTBEAT = 1.0
@@ -143,9 +147,10 @@ class Farm:
         channel: The root's end of the network.
         keys: Keys of the network.
         house: What joining workers are told and expected to be.
-        topology: Shape the TRAMs are wired in.
+        shape: What the TRAMs are wired in.
         scheduler: Decides.
         hands: What others do for the farm.
+        books: Who is told what passes, or None for nobody.
 
     Attributes:
         inbox: Where everything arrives.
@@ -164,12 +169,13 @@ class Farm:
         channel: Channel,
         keys: Keys,
         house: House,
-        topology: str,
+        shape: Shape,
         scheduler: Scheduler,
         hands: Hands,
+        books: Books | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
-        self.membership = Membership(topology, house.root_incarnation)
+        self.membership = Membership(shape, house.root_incarnation)
         self.reception = Reception(house, self.membership)
         self.lost = 0
         self.condemned: list[tuple[WorkId, str]] = []
@@ -180,6 +186,7 @@ class Farm:
         self._keys = keys
         self._hands = hands
         self._scheduler = scheduler
+        self._books = books or NoBooks()
         identity = Identity(house.run, ROOT, house.root_incarnation)
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
@@ -188,6 +195,7 @@ class Farm:
         self._snapshots: dict[Tram, PopulationSnapshot] = {}  # until the answer they belong to
         # The outcome whose instructions are carried out, and the work it belongs to.
         self._arrived: tuple[Collection, Outcome] | None = None
+        self._stalled: list[Tram] = []  # to be wired out when all instructions are carried out
         self._started = time.monotonic()
         self._next_heartbeat = self._started
         self._next_tick = self._started
@@ -195,6 +203,11 @@ class Farm:
         self._evaluations = 0
         self.chunks = 0
         self._interrupted = False
+
+    @property
+    def messages(self) -> tuple[TagCounters, ...]:
+        """Counters of what the root sent and received on links, by tag."""
+        return tuple(self._exchange.tags())
 
     def open(self) -> None:
         """Begin to listen and show presence."""
@@ -259,15 +272,26 @@ class Farm:
         self._publish(self._keys.events, event, Lane.TELEMETRY)
 
     def dismiss(self, reason: str) -> None:
-        """Tell every worker to end."""
+        """Tell every worker to end, past the links: those that pass it on end too."""
+        identity = self._exchange.identity
         for member in self.membership.live:
-            self._send(member.tram, Stop(reason))
+            header = Header(
+                run=identity.run,
+                epoch=self.membership.wiring.epoch,
+                source=ROOT,
+                source_incarnation=identity.incarnation,
+                destination=member.tram.seat,
+                destination_incarnation=member.tram.incarnation,
+            )
+            order = encode(header, Stop(reason))
+            self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
 
     def status(self) -> dict[str, object]:
         """Return what a dashboard needs to know of the workers and links."""
         now = time.monotonic()
         return {
             "network": self._keys.network,
+            "run": self._exchange.identity.run,
             "topology": self.membership.wiring.topology,
             "epoch": self.membership.wiring.epoch,
             "uptime": now - self._started,
@@ -291,7 +315,7 @@ class Farm:
         if self.inbox.empty or now >= self._next_tick:
             due = self._scheduler.next_time()
             if due is not None and due <= now:
-                self._handle(events.Tick())
+                self._handle(events.Tick(self.membership.silent(now)))
             self._next_tick = now + TICK
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT
@@ -301,8 +325,12 @@ class Farm:
         match item:
             case FrameArrived(key, payload):
                 frame = self._exchange.incoming(key, payload)
-                if frame is not None:
+                if frame is None:
+                    return
+                if self._exchange.is_ours(frame):
                     self._take_frame(frame)
+                else:  # all ways begin or end here, so the root passes nothing on
+                    self._exchange.foreign += 1
             case HeartbeatArrived(key, payload):
                 self._take_heartbeat(key, payload)
             case TokenChanged(key, alive):
@@ -344,6 +372,7 @@ class Farm:
             self._handle(events.Raised(tram, outcome.work, str(error)))
             return
         self._arrived = collection, outcome
+        self._books.answered(tram, outcome, snapshot)
         self._handle(events.Answered(tram, outcome.work, outcome.seconds, bad))
         self._arrived = None
 
@@ -362,23 +391,19 @@ class Farm:
         if seat == ROOT:
             return
         if alive:
-            member = self.membership.appeared(seat)
+            member = self.membership.appeared(seat, time.monotonic())
             if member is not None:
+                self._rewire()
                 self._tell_joined(member)
                 self._handle(events.WorkerReady(member.tram, member.fresh))
             return
         member = self.membership.vanished(seat)
         if member is not None:
-            self._lose(member)
+            self._lose(member, "is lost")
 
     def _take_join(self, query: Query) -> None:
-        answer, member = self.reception.join(
-            query.payload, time.monotonic(), self._keys.asker(query.key)
-        )
-        if member is not None:
-            self._exchange.forget(member.tram.seat)
-            self._rewire()
-        query.reply(answer)
+        name = self._keys.asker(query.key)
+        query.reply(self.reception.join(query.payload, time.monotonic(), name))
 
     def _take_end(self, ended: Ended) -> None:
         """Free at once the seat of a local process that ended before its token appeared."""
@@ -389,11 +414,17 @@ class Farm:
     def _handle(self, event: events.Event) -> None:
         for instruction in self._scheduler.handle(event, time.monotonic()):
             self._carry_out(instruction)
+        while self._stalled:
+            member = self.membership.expel(self._stalled.pop())
+            if member is not None:
+                self._lose(member, "has fallen silent and is wired out")
 
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
-            case events.Send(tram, work):
-                self._send(tram, self._collection(work).chunk(work))
+            case events.Send(tram, work) | events.Repeat(tram, work):
+                chunk = self._collection(work).chunk(work)
+                self._books.sent(tram, chunk)
+                self._send(tram, chunk)
             case events.Accept(tram, _, part):
                 assert self._arrived is not None, "only an arriving outcome is accepted"
                 collection, outcome = self._arrived
@@ -410,6 +441,8 @@ class Farm:
                 self._condemn(work, reason)
             case events.Replace(tram, cause, _):
                 self._replace(tram, cause.value)
+                if cause is events.Cause.STALLED:
+                    self._stalled.append(tram)
             case events.Waiting():
                 self._hands.tell("no worker: waiting for one to join")
                 self.announce("waiting", {})
@@ -426,6 +459,8 @@ class Farm:
         collections.remove(collection)
         if not collections:
             del self._open[_place(work)]
+        if not self._open:
+            self._books.idle()
         self.compute_seconds += collection.seconds
         self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
 
@@ -470,10 +505,10 @@ class Farm:
 
     # Workers and wires.
 
-    def _lose(self, member: Member) -> None:
+    def _lose(self, member: Member, what: str) -> None:
         self.lost += 1
         self._snapshots.pop(member.tram, None)
-        self._hands.tell(f"TRAM {member.tram.seat} is lost")
+        self._hands.tell(f"TRAM {member.tram.seat} {what}")
         self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
         self._rewire()
         self._handle(events.WorkerLost(member.tram))
@@ -493,10 +528,16 @@ class Farm:
         self.announce(name, detail)
 
     def _rewire(self) -> None:
-        wiring = self.membership.wiring
+        """Have everybody send by the new wiring, and tell the scheduler; who joined or was lost comes after."""
+        wiring, live = self.membership.wiring, self.membership.live
         self._exchange.rewire(wiring)
-        for member in self.membership.live:
-            self._publish(self._keys.wiring(member.tram.seat), wiring, Lane.CONTROL)
+        self._books.rewired(wiring)
+        self.inbox.widen(len(live))
+        order = self._frame(wiring)
+        for member in live:
+            self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
+        self._handle(events.Rewired(ways(wiring)))
+        self.announce("rewired", {"epoch": wiring.epoch, "live": len(live)})
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
@@ -505,6 +546,10 @@ class Farm:
         self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:
+        self._channel.publish(key, self._frame(message), lane)
+
+    def _frame(self, message: Message) -> bytes:
+        """Return the frame of a message for nobody in particular."""
         identity = self._exchange.identity
         header = Header(
             run=identity.run,
@@ -513,7 +558,7 @@ class Farm:
             source_incarnation=identity.incarnation,
             destination=NOBODY,
         )
-        self._channel.publish(key, encode(header, message), lane)
+        return encode(header, message)
 
     def _stats(self, now: float) -> Stats:
         identity = self._exchange.identity
@@ -531,7 +576,7 @@ class Farm:
             links=tuple(self._exchange.counters(self.inbox.waiting)),
             pid=os.getpid(),
             host=socket.gethostname(),
-            tags=tuple(self._exchange.tags()),
+            tags=self.messages,
         )
 
     def _find(self, work: WorkId) -> Collection | None:

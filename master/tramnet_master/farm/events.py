@@ -7,6 +7,7 @@ A worker is always named by its ``Tram``: the seat alone would confuse a worker 
 """
 
 import enum
+from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
 from msgspec import Struct
@@ -99,12 +100,29 @@ class Raised(Struct, frozen=True):
     error: str
 
 
+class Rewired(Struct, frozen=True):
+    """There is a new wiring; to be told before the worker that joined or was lost.
+
+    Attributes:
+        routes: For each live worker that is not linked with the root, the TRAMs that frames pass on their way to it
+            or back, those nearest the root first.
+    """
+
+    routes: Mapping[Tram, tuple[Tram, ...]]
+
+
 class Tick(Struct, frozen=True):
-    """Time has passed. Deliver first what has arrived: an answer in the inbox is not overdue."""
+    """Time has passed. Deliver first what has arrived: an answer in the inbox is not overdue.
+
+    Attributes:
+        silent: Live workers whose heartbeat is missing.
+    """
+
+    silent: frozenset[Tram] = frozenset()
 
 
 Event: TypeAlias = (
-    WorkSubmitted | WorkerReady | WorkerLeaving | WorkerLost | Answered | Raised | Tick
+    WorkSubmitted | WorkerReady | WorkerLeaving | WorkerLost | Answered | Raised | Rewired | Tick
 )
 
 
@@ -112,6 +130,7 @@ class Cause(enum.Enum):
     """Why a worker is to be replaced."""
 
     OVERDUE = "its chunk is overdue"
+    STALLED = "it has fallen silent while work is overdue that it has or passes on"
     FRESH_PROCESS = "a suspect needs a process that never had other work"
 
 
@@ -126,6 +145,16 @@ class Reason(enum.Enum):
 
 class Send(Struct, frozen=True):
     """Send this chunk to that worker."""
+
+    tram: Tram
+    work: WorkId
+
+
+class Repeat(Struct, frozen=True):
+    """Send this chunk to that worker once more: a TRAM on the way was lost, perhaps with it or with the answer.
+
+    Whoever has it already goes on, and whoever has answered it answers again.
+    """
 
     tram: Tram
     work: WorkId
@@ -148,7 +177,7 @@ class Drop(Struct, frozen=True):
 
 
 class Replace(Struct, frozen=True):
-    """Have the worker's supervisor end it and start another.
+    """Have the worker's supervisor end it and start another; one that has stalled is wired out at once.
 
     Attributes:
         tram: The worker; it is given no more work.
@@ -200,5 +229,5 @@ class Resumed(Struct, frozen=True):
 
 
 Instruction: TypeAlias = (
-    Send | Accept | Drop | Replace | Condemn | Resolved | Orphaned | Waiting | Resumed
+    Send | Repeat | Accept | Drop | Replace | Condemn | Resolved | Orphaned | Waiting | Resumed
 )

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from tramnet_master.farm.membership import Member, Membership
+from tramnet_master.farm.membership import Membership
 from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.errors import BadTopology, MalformedFrame
 from tramnet_protocol.messages import (
@@ -61,18 +61,13 @@ class Reception:
         self.mixed = False
         self.refused = 0
 
-    def join(
-        self, payload: bytes, now: float, name: str | None = None
-    ) -> tuple[bytes, Member | None]:
+    def join(self, payload: bytes, now: float, name: str | None = None) -> bytes:
         """Answer a worker that asks for a seat.
 
         Args:
             payload: Its question.
             now: Monotonic time [s].
             name: Name of its certificate, as the transport has seen it, or None where it showed none.
-
-        Returns:
-            The answer, and the member it made, if it made one.
         """
         try:
             request = decode(payload).message()
@@ -96,7 +91,7 @@ class Reception:
             self._house.setup,
             self._membership.wiring,
         )
-        return self._frame(reply), member
+        return self._frame(reply)
 
     def control(self, payload: bytes, act: Callable[[ControlRequest], ControlReply]) -> bytes:
         """Answer somebody who steers.
@@ -136,10 +131,10 @@ class Reception:
             "use the same versions and kind of processor, or start the root with --allow-mixed"
         )
 
-    def _refuse(self, reason: str, final: bool = True) -> tuple[bytes, None]:
+    def _refuse(self, reason: str, final: bool = True) -> bytes:
         self.refused += 1
         _log.warning("turned a worker away: %s", reason)
-        return self._frame(Refusal(reason, final)), None
+        return self._frame(Refusal(reason, final))
 
     def _frame(self, message: Message) -> bytes:
         header = Header(

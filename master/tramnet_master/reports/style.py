@@ -83,13 +83,16 @@ def new_figure(height: float, title: str, caption: str) -> Figure:
     return figure
 
 
-def joint_axes(figure: Figure | SubFigure, n_joints: int, unit: str) -> list[Axes]:
+def joint_axes(
+    figure: Figure | SubFigure, n_joints: int, unit: str, along: str = "time [s]"
+) -> list[Axes]:
     """A panel a joint, in rows of at most three or, for many joints, four.
 
     Args:
         figure: Where to put them.
         n_joints: Number of joints.
         unit: What stands at the outer y axes.
+        along: What stands at the outer x axes.
 
     Returns:
         The panels, from base to tip.
@@ -102,7 +105,7 @@ def joint_axes(figure: Figure | SubFigure, n_joints: int, unit: str) -> list[Axe
         if i % columns == 0:
             panel.set_ylabel(unit)
         below = i + columns >= n_joints
-        panel.set_xlabel("time [s]" if below else "")
+        panel.set_xlabel(along if below else "")
     return axes
 
 

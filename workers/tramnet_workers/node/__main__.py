@@ -15,6 +15,9 @@ from tramnet_workers.node.memory import be_first_to_go
 from tramnet_workers.node.service import Home, Service
 from tramnet_workers.node.supervisor import CRASHED
 
+SWITCH_INTERVAL = 0.0005
+"""Longest time a thread keeps the interpreter that another one waits for [s]: routing goes before computing."""
+
 
 def main() -> int:
     """Run one worker; return its exit status, of which the supervisor knows the meaning."""
@@ -32,6 +35,7 @@ def main() -> int:
     )
     # Ctrl-C is the root's affair: it tells its workers to end, or goes and takes them along.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.setswitchinterval(SWITCH_INTERVAL)
     hold_on_to_parent(lambda: os._exit(0))
     be_first_to_go(arguments.memory)
     credentials = Credentials.load(arguments.tls) if arguments.tls else None
