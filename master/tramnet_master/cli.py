@@ -9,20 +9,28 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tramnet_master.commands import network, results, runs, simulate, tables, topology
+from tramnet_master.commands import certificates, network, results, runs, simulate, tables, topology
 from tramnet_master.commands.echo import echo
 from tramnet_master.commands.inspect import inspect
 from tramnet_master.commands.record import record
 from tramnet_master.commands.traffic import traffic
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
-from tramnet_protocol.errors import BadEndpoint, BadKey, BadLink, BadTopology, ProtocolError
+from tramnet_protocol.errors import (
+    BadCredentials,
+    BadEndpoint,
+    BadKey,
+    BadLink,
+    BadTopology,
+    ProtocolError,
+)
 from tramnet_workers.errors import InvalidParameters, InvalidTask, UnknownProblem, WorkersError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _BAD_INPUT = (
-    BadKey, BadEndpoint, BadLink, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
+    BadCredentials, BadKey, BadEndpoint, BadLink, BadTopology, InvalidTask, InvalidParameters,
+    UnknownProblem,
 )  # fmt: skip
 
 
@@ -60,6 +68,7 @@ app.command()(inspect)
 app.command()(echo)
 app.command()(record)
 app.command()(traffic)
+app.command()(certificates.certificates)
 app.command()(results.report)
 app.command()(results.problems)
 

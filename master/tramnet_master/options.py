@@ -174,3 +174,10 @@ WorkerMemory: TypeAlias = Annotated[
         help="Memory a local worker may have in MiB; 0 for any.",
     ),
 ]  # fmt: skip
+Tls: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="TRAMNET_TLS", rich_help_panel=_FARM,
+        help="Folder with this host's certificate and key; see `tramnet certificates`.",
+    ),
+]  # fmt: skip

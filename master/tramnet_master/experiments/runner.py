@@ -45,6 +45,7 @@ from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
 from tramnet_protocol.pacing import Pacer
 from tramnet_protocol.packing import unpack
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -90,7 +91,10 @@ def run(
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
         observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
-        channel = stack.enter_context(open_root(network, [options.listen], observers))
+        credentials = Credentials.load(options.tls) if options.tls else None
+        channel = stack.enter_context(
+            open_root(network, [options.endpoint], observers, credentials)
+        )
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
         claim.announce(
             networks.LiveNetwork(
@@ -146,6 +150,7 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
             options.pace_of_links(),
+            Credentials.load(options.tls).seats() if options.tls else None,
         )
         hands = Hands(
             self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
@@ -214,6 +219,8 @@ class Root:
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
         arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
         arguments += ["--memory", str(self._options.worker_memory)]
+        if self._options.tls:
+            arguments += ["--tls", str(self._options.tls)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -521,6 +528,7 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "tls": options.tls and options.tls.absolute(),
             "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,

@@ -232,10 +232,11 @@ class Farm:
         )
         # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
-        channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
+        for key in (keys.join, keys.join_as_anybody):
+            channel.serve(
+                key,
+                lambda query: inbox.put_from(query.key, len(query.payload), JoinAsked(query)),
+            )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -412,7 +413,8 @@ class Farm:
             self._lose(member, "is lost")
 
     def _take_join(self, query: Query) -> None:
-        query.reply(self.reception.join(query.payload, time.monotonic()))
+        name = self._keys.asker(query.key)
+        query.reply(self.reception.join(query.payload, time.monotonic(), name))
 
     def _take_end(self, ended: Ended) -> None:
         """Free at once the seat of a local process that ended before its token appeared."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from tramnet_master.farm.events import Tram
 from tramnet_protocol.messages import ROOT, JoinRequest, Stats, Wiring
-from tramnet_protocol.topology import Shape, lowest_free_seat, rewire
+from tramnet_protocol.topology import ALL_SEATS, Shape, lowest_free_seat, rewire
 
 SILENCE = 2.5
 """Time without a heartbeat, which is due every second, after which a TRAM counts as silent [s]."""
@@ -82,19 +82,20 @@ class Membership:
         """The workers that can take work, in the order of seats."""
         return [member for member in self.members if member.live]
 
-    def admit(self, request: JoinRequest, now: float) -> Member:
+    def admit(self, request: JoinRequest, now: float, seats: range = ALL_SEATS) -> Member:
         """Give a worker a seat; it is wired in when its token appears.
 
         Args:
             request: Its question.
             now: Monotonic time [s].
+            seats: Seats it may have.
 
         Raises:
-            BadTopology: The shape has no room for it.
+            BadTopology: The shape has no room for it, or none of these is free.
         """
         self._forget_the_never_seen(now)
         self._shape.check_room(len(self._members) + 2)
-        seat = lowest_free_seat(self._members)
+        seat = lowest_free_seat(self._members, seats)
         self._incarnations += 1
         member = Member(Tram(seat, self._incarnations), request, now)
         self._members[seat] = member

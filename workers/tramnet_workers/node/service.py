@@ -91,6 +91,7 @@ class Home:
     Attributes:
         network: Name of the network.
         supervisor: Name of the supervisor that can replace this process.
+        name: Name of its certificate, or None where it has none.
         patience: How long to look for a root before giving up [s].
         connect: Opens a channel to the root; raises CannotConnect where there is none.
     """
@@ -99,6 +100,7 @@ class Home:
     supervisor: str
     patience: float
     connect: Callable[[], Channel]
+    name: str | None = None
 
 
 @dataclass(slots=True)
@@ -285,7 +287,7 @@ class Service:
             self._home.supervisor,
         )
         reply = decode(
-            channel.ask(self._keys.join, encode(Header(), request), JOIN_TIMEOUT)
+            channel.ask(self._where_to_join, encode(Header(), request), JOIN_TIMEOUT)
         ).message()
         if isinstance(reply, Refusal):
             if reply.final:
@@ -305,6 +307,11 @@ class Service:
 
     def _enqueue_order(self, key: str, payload: bytes) -> None:
         self._inbox.put_from(key, len(payload), OrderArrived(payload))
+
+    @property
+    def _where_to_join(self) -> str:
+        name = self._home.name
+        return self._keys.join if name is None else self._keys.join_as(name)
 
     def _watch_root(self, channel: Channel, alive: bool) -> None:
         if not alive:
