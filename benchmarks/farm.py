@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from tramnet_master.engines.engine import GenerationRow
 from tramnet_master.engines.farmed import GenerationalEngine
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
-from tramnet_master.experiments.runner import RunOptions, run
+from tramnet_master.experiments.run_options import RunOptions
+from tramnet_master.experiments.runner import run
 from tramnet_master.progress import QuietProgress
 from tramnet_master.results import Result
 from tramnet_master.run_folder import OpenRunFolder

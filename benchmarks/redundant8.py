@@ -1,16 +1,18 @@
 """Following the paper's line: what a step costs by each method, and how good the path is.
 
-Run as ``python -m benchmarks.redundant8``. An *evaluation* is forward kinematics and the distances of
-all five links from the obstacle, for one candidate step, with nothing left out; steps are counted in
-them. The naive grid of Lin, Chen & Yu (2017) evaluates 5^8 candidates so. Beside it stands what one
-would write first: a loop in Python that asks Pinocchio for the points and coal for the distances of
-one candidate after the other. Everything is processor time of one thread, in interleaved repeats,
-whose medians are compared. Times are for information, the bars are ratios and qualities.
+Run as ``python -m benchmarks.redundant8``, with ``--height 5`` for a plate below the printed plane. An
+*evaluation* is forward kinematics and the distances of all five links from the obstacle, for one
+candidate step, with nothing left out; steps are counted in them. The naive grid of Lin, Chen & Yu
+(2017) evaluates 5^8 candidates so. Beside it stands what one would write first: a loop in Python that
+asks Pinocchio for the points and coal for the distances of one candidate after the other. Everything
+is processor time of one thread, in interleaved repeats, whose medians are compared. Times are for
+information, the bars are ratios and qualities.
 """
 
+import argparse
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import coal
@@ -18,16 +20,16 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from tramnet_master.experiments.paper_times import NAIVE, PAPER_TIMES
+from tramnet_master.tracking_times import METHODS, NAIVE_METHODS, SHARED, follow, quality
 from tramnet_workers.kernels import kernel
 from tramnet_workers.kernels.lanes import LANES, new_rows
 from tramnet_workers.kernels.scenes import Scene
 from tramnet_workers.kernels.tracking import evaluate_block_in_full, new_stage, set_stage
-from tramnet_workers.problems.line_tracking import track
-from tramnet_workers.problems.tracking_report import Summary, report_points, summarise
 from tramnet_workers.problems.tracking_task import TrackingTask
 from tramnet_workers.robots.pinocchio_bridge import build_model
 from tramnet_workers.tracking_evolution import Eamp, Memetic
-from tramnet_workers.tracking_methods import Perturbation, ResolvedRate, TrackingMethod
+from tramnet_workers.tracking_methods import TrackingMethod
 
 Array = NDArray[np.float64]
 
@@ -39,24 +41,6 @@ SEEDS = range(1, 9)
 
 MOST_EVALUATIONS = 1.4
 LEAST_SHARING = 40.0
-
-PAPER_MS = {
-    "EAMP 500/10": "48 GPU, 78 CPU",
-    "EAMP 1000/10": "106 GPU, 152 CPU",
-    "perturbation 5^8, naive": "19083",
-}
-METHODS: dict[str, TrackingMethod] = {
-    "EAMP 500/10": Eamp(seed=1),
-    "EAMP 1000/10": Eamp(population=1000, seed=1),
-    "memetic 50/5": Memetic(seed=1),
-    "resolved-rate": ResolvedRate(),
-    "perturbation 5^8, shared": Perturbation(5),
-    "perturbation 4^8, shared": Perturbation(4),
-}
-NAIVE = {
-    "perturbation 5^8, naive": Perturbation(5, "naive"),
-    "perturbation 4^8, naive": Perturbation(4, "naive"),
-}
 
 
 class Bar(NamedTuple):
@@ -76,12 +60,15 @@ BARS = {
 
 def main() -> None:
     """Print both tables."""
-    task = TrackingTask.of_paper()
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--height", type=float, default=0.0, help="height of the obstacle [cm]")
+    height = parser.parse_args().height
+    task = TrackingTask.of_paper(height)
     evaluation, loop, steps = measure(task)
     print(f"evaluation in lane blocks       {1e9 * evaluation:10.1f} ns")
     print(f"evaluation by Pinocchio and coal{1e9 * loop:10.1f} ns, {loop / evaluation:.0f} times")
     print_steps(task, evaluation, loop, steps)
-    print_paths(task)
+    print_paths(task, BARS if height == 0.0 else {})
 
 
 def measure(task: TrackingTask) -> tuple[float, float, dict[str, float]]:
@@ -89,17 +76,18 @@ def measure(task: TrackingTask) -> tuple[float, float, dict[str, float]]:
     scene = task.scene(0.1)
     candidates = np.random.default_rng(8).uniform(-1.0, 1.0, (8, CANDIDATES)) * task.step[0]
     costs, by_loop = np.empty(CANDIDATES), python_loop(task, candidates.T[:LOOPED])
-    halfway = track(task, METHODS["memetic 50/5"], 1, 501, task.start).path[-1]
+    halfway = follow(task, METHODS["memetic 50/5"], 1, 501, task.start)[-1]
     calls: dict[str, Callable[[], object]] = {
         "evaluation": lambda: evaluate_all(scene, 501, halfway, candidates, costs),
         "loop": lambda: [by_loop(halfway, dq, 501) for dq in candidates.T[:LOOPED]],
     }
     for name, method in METHODS.items():
         calls[name] = follower(task, method, 501, 501 + RUN, halfway)
-    for name, method in NAIVE.items():
+    for name, method in NAIVE_METHODS.items():
         calls[name] = follower(task, method, 501, 502, halfway)
     times = medians(calls)
-    steps = {name: times[name] / RUN for name in METHODS} | {name: times[name] for name in NAIVE}
+    steps = {name: times[name] / RUN for name in METHODS}
+    steps |= {name: times[name] for name in NAIVE_METHODS}
     return times["evaluation"] / CANDIDATES, times["loop"] / LOOPED, steps
 
 
@@ -107,7 +95,7 @@ def follower(
     task: TrackingTask, method: TrackingMethod, first: int, last: int, posture: Array
 ) -> Callable[[], object]:
     """Return a call that follows some points."""
-    return lambda: track(task, method, first, last, posture)
+    return lambda: follow(task, method, first, last, posture)
 
 
 def medians(calls: dict[str, Callable[[], object]]) -> dict[str, float]:
@@ -189,44 +177,49 @@ def print_steps(
     task: TrackingTask, evaluation: float, loop: float, steps: dict[str, float]
 ) -> None:
     """Print what a step costs by each method."""
-    naive, scene = steps["perturbation 5^8, naive"], task.scene(0.1)
+    naive, scene = steps[NAIVE], task.scene(0.1)
     print(f"\n{'step by':<26}{'ms':>9}{'evaluations':>13}{'cost of each':>14}", end="")
     print(f"{'naive / it':>12}{'loop / it':>11}   paper [ms]")
-    for name, method in {**METHODS, **NAIVE}.items():
+    for name, method in {**METHODS, **NAIVE_METHODS}.items():
         count, seconds = method.evaluations_per_step(scene), steps[name]
         print(f"{name:<26}{1e3 * seconds:9.4f}{count:13d}", end="")
         print(f"{seconds / count / evaluation:14.2f}{naive / seconds:12.1f}", end="")
-        print(f"{count * loop / seconds:11.0f}   {PAPER_MS.get(name, '-')}")
+        print(f"{count * loop / seconds:11.0f}   {_printed(name)}")
     for name in ("EAMP 500/10", "EAMP 1000/10"):
         ratio = steps[name] / METHODS[name].evaluations_per_step(scene) / evaluation
         _judge(f"{name}: {ratio:.2f} evaluations each", ratio <= MOST_EVALUATIONS)
-    ratio = naive / steps["perturbation 5^8, shared"]
+    ratio = naive / steps[SHARED]
     _judge(f"shared-prefix search: {ratio:.0f} times the naive one", ratio >= LEAST_SHARING)
 
 
-def print_paths(task: TrackingTask) -> None:
+def print_paths(task: TrackingTask, bars: Mapping[str, Bar]) -> None:
     """Print how good the paths are: the worst of all seeds."""
     print(f"\n{'path by':<26}{'error mean / max [cm]':>24}{'clearance, k > 50 [cm]':>25}", end="")
     print(f"{'outside':>9}{'roughness [deg]':>17}")
     for name, method in METHODS.items():
         evolves = isinstance(method, Eamp | Memetic)
-        paths = [_follow(task, _seeded(method, seed)) for seed in (SEEDS if evolves else [0])]
+        methods = [_seeded(method, seed) for seed in (SEEDS if evolves else [0])]
+        ends = 1, task.n_steps + 1
+        paths = [quality(task, follow(task, each, *ends, task.start)) for each in methods]
         mean = max(path.error_mean for path in paths)
         most = max(path.error_max for path in paths)
         clearance = min(path.clearance_min_settled for path in paths)
         outside = sum(path.points_outside_zone for path in paths)
         rough = np.degrees(statistics.mean(path.roughness for path in paths))
         print(f"{name:<26}{mean:12.2g}{most:12.2g}{clearance:25.2f}{outside:9d}{rough:17.4f}")
-        if name in BARS:
-            bar = BARS[name]
+        bar = bars.get(name)
+        if bar is not None:
             good = mean <= bar.error_mean and most <= bar.error_max and clearance >= bar.clearance
             _judge(f"{name}: {len(paths)} seeds", good and outside == 0)
 
 
-def _follow(task: TrackingTask, method: TrackingMethod) -> Summary:
-    run = track(task, method, 1, task.n_steps + 1, task.start)
-    path = np.vstack([task.start, run.path])
-    return summarise(task, path, report_points(task, path))
+def _printed(name: str) -> str:
+    """Return the paper's time of a method, in words."""
+    time = PAPER_TIMES.get(name)
+    if time is None:
+        return "-"
+    gpu = "" if time.gpu is None else f", GPU {time.gpu.milliseconds:g}"
+    return f"CPU {time.cpu.milliseconds:g}{gpu}"
 
 
 def _seeded(method: TrackingMethod, seed: int) -> TrackingMethod:

@@ -12,7 +12,7 @@ import time
 import numpy as np
 from rich.console import Console
 
-from tramnet_master.commands.tables import VARIANTS
+from tramnet_master.commands.case_table import VARIANTS
 from tramnet_master.experiments.puma560 import Choice, options_of, prepare
 from tramnet_master.reports.paper_table import CaseOutcome, paper_table
 from tramnet_workers.node.evaluator import Evaluator

@@ -1,10 +1,14 @@
 """Talks to a running root: asks its control topic, and finds out where it is."""
 
+from pathlib import Path
+
 from tramnet_master import networks
 from tramnet_master.errors import RunFailed
+from tramnet_protocol.channel import Channel
 from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Refusal
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import open_observer
 
 TIMEOUT = 5.0
@@ -29,18 +33,43 @@ def locate(connect: str | None, network: str | None) -> networks.LiveNetwork:
     return networks.LiveNetwork(name, connect, connect, pid=0, folder="")
 
 
-def ask(live: networks.LiveNetwork, request: ControlRequest) -> ControlReply:
+def ask(
+    live: networks.LiveNetwork, request: ControlRequest, tls: Path | None = None
+) -> ControlReply:
     """Ask the root of a network to do something.
+
+    Args:
+        live: Where it is.
+        request: What it shall do.
+        tls: Folder with the root's certificate, for a root elsewhere that asks for one.
 
     Raises:
         CannotConnect: Nobody listens there.
         NoAnswer: The root does not answer.
         RunFailed: It refuses.
     """
-    with open_observer(live.observers) as channel:
-        payload = channel.ask(Keys(live.network).control, encode(Header(), request), TIMEOUT)
+    credentials = Credentials.load(tls) if tls else None
+    with open_observer(live.observers, credentials) as channel:
+        return question(channel, Keys(live.network), request, TIMEOUT)
+
+
+def question(channel: Channel, keys: Keys, request: ControlRequest, timeout: float) -> ControlReply:
+    """Ask the root of a network something over a channel that is open.
+
+    Args:
+        channel: The channel.
+        keys: Keys of the network.
+        request: The question.
+        timeout: Longest wait [s].
+
+    Raises:
+        NoAnswer: The root does not answer.
+        RunFailed: It refuses.
+    """
+    payload = channel.ask(keys.control, encode(Header(), request), timeout)
     reply = decode(payload).message()
     if isinstance(reply, Refusal):
         raise RunFailed(f"the root refuses: {reply.reason}")
-    assert isinstance(reply, ControlReply), "a root answers with a ControlReply"
+    if not isinstance(reply, ControlReply):
+        raise RunFailed(f"the root answers a question with {type(reply).__name__}")
     return reply

@@ -1,11 +1,13 @@
-"""Tables of numbers as CSV files: one line of column names, then one line a row, floats in full.
+"""Tables as CSV files: one line of column names, then one line a row, floats in full.
 
 Every float is written with the fewest digits that read back as the same float. A column may have gaps: cells that
 are empty in the file and NaN in memory.
 """
 
+import csv
+import io
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +34,26 @@ def write_table(path: Path, columns: Mapping[str, Column], gaps: Collection[str]
     cells = [_cells(column, name in gaps) for name, column in columns.items()]
     lines += [",".join(row) for row in zip(*cells, strict=True)]
     write_atomically(path, ("\n".join(lines) + "\n").encode())
+
+
+def write_rows(path: Path, names: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write rows of words and numbers under the names of their columns, whole or not at all.
+
+    Args:
+        path: The file.
+        names: Names of the columns.
+        rows: The rows, each with a value for every name.
+
+    Raises:
+        CannotWrite: The disk refuses.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
+    for row in rows:
+        assert len(row) == len(names)
+        writer.writerow(row)
+    write_atomically(path, text.getvalue().encode())
 
 
 def read_table(path: Path, gaps: Collection[str] = ()) -> dict[str, NDArray[np.float64]]:

@@ -4,7 +4,9 @@
   x BadInput: what the user gave cannot be used (exit code 2)
     + InvalidFile: a task or run file, with the field that is wrong
     + InvalidOption: an option of the command line
+    + TaskTooLarge: a problem that does not fit into a message
     + OccupiedFolder: the output folder holds a run already
+    + OccupiedFile: the output file is there already
     + NotARunFolder: the folder named is not a run's
   x CannotWrite: the disk is full, read-only or not ours
   x FolderInUse: another process writes to this run folder
@@ -12,10 +14,12 @@
     + DamagedCheckpoint
   x UnknownCheckpointVersion
   x RunFailed: the run could not be finished
+  x RunStopped: the run cannot go on now, and can be resumed once the cause is gone
   x Interrupted: the run was asked to stop (exit code 130)
   x NetworkTaken: a live root holds that network name
   x NoNetwork: nothing to connect to
   x AmbiguousNetwork: several networks are alive and none was named
+  x NothingHeard: less was said in time than somebody waited for
   x UnsafeFolder: the runtime folder is not private
 """
 
@@ -74,6 +78,22 @@ class InvalidOption(BadInput):
         super().__init__(f"{option}: found {found}, expected {expected}{advice}")
 
 
+class TaskTooLarge(BadInput):
+    """A problem does not fit into the message that tells workers of it.
+
+    Attributes:
+        problem: Name of the problem.
+        reason: Which limit it is above.
+    """
+
+    def __init__(self, problem: str, reason: str) -> None:
+        self.problem, self.reason = problem, reason
+        super().__init__(
+            f"{problem}: found a task that is too large to travel ({reason}), expected one within the limits of "
+            "protocol/README.md; run fewer points, boxes or scenes at once"
+        )
+
+
 class OccupiedFolder(BadInput):
     """The output folder holds a run already.
 
@@ -89,6 +109,20 @@ class OccupiedFolder(BadInput):
         super().__init__(
             f"{folder}: found {what}, expected a folder without one "
             f"({way}name another folder with --out, or replace it with --overwrite)"
+        )
+
+
+class OccupiedFile(BadInput):
+    """The output file is there already.
+
+    Attributes:
+        path: The file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        super().__init__(
+            f"{path}: found a file, expected none (name another, or replace it with --overwrite)"
         )
 
 
@@ -175,6 +209,19 @@ class RunFailed(MasterError):
     """The run could not be finished."""
 
 
+class RunStopped(MasterError):
+    """The run cannot go on now; what it has so far is on disk.
+
+    Attributes:
+        folder: The run folder.
+        reason: Why it stopped, and what would help.
+    """
+
+    def __init__(self, folder: Path, reason: str) -> None:
+        self.folder, self.reason = folder, reason
+        super().__init__(f"{reason}\nthen go on with: tramnet resume {folder}")
+
+
 class Interrupted(MasterError):
     """The run was asked to stop; its state is on disk if it had any.
 
@@ -236,6 +283,24 @@ class AmbiguousNetwork(BadInput):
         super().__init__(
             f"found {len(live)} live networks ({', '.join(live)}), expected one "
             "(name it with --network)"
+        )
+
+
+class NothingHeard(MasterError):
+    """Less was said in time than somebody waited for.
+
+    Attributes:
+        key: Where they listened.
+        heard: Number of frames that came.
+        wanted: Number of frames waited for.
+        seconds: How long they waited [s].
+    """
+
+    def __init__(self, key: str, heard: int, wanted: int, seconds: float) -> None:
+        self.key, self.heard, self.wanted, self.seconds = key, heard, wanted, seconds
+        super().__init__(
+            f"{key}: found {heard} frames in {seconds:.1f} s, expected {wanted} "
+            "(is anything said there? `tramnet inspect` shows it; '**' echoes everything)"
         )
 
 

@@ -8,7 +8,14 @@ trajectory.csv    the plan, in steps of 0.5 ms or finer (``trajectories``), or t
                   point (``tracked_paths``); trajectory-<name>.csv where there are several scenes
 nodes.csv         the plan's nodes
 straight_line.csv the straight line, timed optimally, to compare the plan with
+links.csv         what the links of a transputer machine would have carried (``traffic/totals``)
 servo-*.csv       the plan replayed through a servo
+design.json       the arm that was designed, with its poses
+arm.urdf          the arm for simulators and planners
+arm_dh.csv        the arm as a Denavit-Hartenberg table
+populations.csv   how each population evolved
+motion.csv        joint motion along the path
+violations.csv    which constraint fails where
 result.json       what was found; its presence says that the run is finished (``results``)
 *.png, *.svg      the figures (``reports``), made from the files above alone
 """
@@ -39,20 +46,20 @@ LOG = "log.jsonl"
 TRAJECTORY = "trajectory.csv"
 NODES = "nodes.csv"
 STRAIGHT_LINE = "straight_line.csv"
+LINKS = "links.csv"
 RESULT = "result.json"
 SERVO = "servo-{period}ms.csv"
+DESIGN = "design.json"
+ARM_URDF = "arm.urdf"
+ARM_TABLE = "arm_dh.csv"
+POPULATIONS = "populations.csv"
+MOTION = "motion.csv"
+VIOLATIONS = "violations.csv"
 _SCENE_TRAJECTORY = "trajectory-{name}.csv"
 
-_OURS = (
-    RUN,
-    HISTORY,
-    TRAJECTORY,
-    _SCENE_TRAJECTORY.format(name="*"),
-    NODES,
-    STRAIGHT_LINE,
-    RESULT,
-    "servo-*.csv",
-)
+_OF_MOTIONS = (TRAJECTORY, _SCENE_TRAJECTORY.format(name="*"), NODES, STRAIGHT_LINE, "servo-*.csv")
+_OF_DESIGNS = (DESIGN, ARM_URDF, ARM_TABLE, POPULATIONS, MOTION, VIOLATIONS)
+_OURS = (RUN, HISTORY, LINKS, RESULT, *_OF_MOTIONS, *_OF_DESIGNS)
 _OUR_FIGURES = (
     "objective",
     "position",
@@ -68,6 +75,14 @@ _OUR_FIGURES = (
     "postures",
     "postures-*",
     "scenes",
+    "fitness",
+    "total_length",
+    "task_poses",
+    "planned_poses",
+    "configurations",
+    "null_motion",
+    "dexterity",
+    "constraints",
 )
 _HEAD = b"# A run of tramnet: everything needed to repeat it.\n\n"
 

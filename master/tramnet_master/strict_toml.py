@@ -10,7 +10,7 @@ import re
 import tomllib
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple, TypeVar, cast, get_args
+from typing import NamedTuple, TypeVar, cast, get_args, get_origin
 
 import msgspec
 from msgspec import Meta, Struct
@@ -32,6 +32,7 @@ _WORDS = {
     "object": "a table",
     "str": "a text in quotes",
 }
+_INDEX = re.compile(r"\[\d+\]")
 _AT = re.compile(r" - at `\$\.?(?P<field>.*)`$")
 
 
@@ -116,9 +117,9 @@ def _table_type(kind: object) -> type[Struct] | None:
 
 
 def _parts(kind: object) -> Iterator[object]:
-    """A type and what it is made of."""
+    """A type and what it is made of, descriptions before what they describe."""
     yield kind
-    for part in get_args(kind):
+    for part in reversed(get_args(kind)):
         yield from _parts(part)
 
 
@@ -166,7 +167,7 @@ def _tables_in(value: object, field: str) -> Iterator[tuple[Table, str]]:
 
 
 def _without_indices(field: str) -> str:
-    return re.sub(r"\[\d+\]", "", field)
+    return _INDEX.sub("", field)
 
 
 def _refuse_missing(document: Table, keys: Mapping[str, Key], path: Path) -> None:
@@ -175,7 +176,7 @@ def _refuse_missing(document: Table, keys: Mapping[str, Key], path: Path) -> Non
         for inside, place in _tables_at(document, table):
             if key.required and name not in inside:
                 field = f"{place}.{name}" if place else name
-                raise InvalidFile(path, field, "nothing", _expected(key) or "a value")
+                raise InvalidFile(path, field, "nothing", _described(key.kind) or "a value")
 
 
 def _tables_at(document: Table, table: str) -> Iterator[tuple[Table, str]]:
@@ -217,10 +218,17 @@ def _invalid(
     wanted = message[: at.start()] if at else message
     wanted = wanted.removeprefix("Expected ").partition(", got")[0]
     expected = re.sub(r"`([^`]*)`", lambda types: _translated(types[1]), wanted)
-    # An index at the end is that of an element, of which the description does not speak.
-    key = keys.get(re.sub(r"\[\d+\](?=.)(?!$)", "", field))
-    described = _expected(key) if key is not None else ""
+    described = _description(keys, field)
     return InvalidFile(path, field, spell(_at(document, field)), described or expected)
+
+
+def _description(keys: Mapping[str, Key], field: str) -> str:
+    """What a field's description says, or that of an element where the field is one; perhaps nothing."""
+    key = keys.get(_without_indices(field))
+    kind = None if key is None else key.kind
+    for _ in _INDEX.findall(field.rpartition(".")[2]):
+        kind = next((get_args(p)[0] for p in _parts(kind) if get_origin(p) is list), None)
+    return _described(kind)
 
 
 def _translated(types: str) -> str:
@@ -228,9 +236,9 @@ def _translated(types: str) -> str:
     return " or ".join(_WORDS.get(name, name) for name in names)
 
 
-def _expected(key: Key) -> str:
-    described = (part.description for part in _parts(key.kind) if isinstance(part, Meta))
-    return next((text for text in described if text), "")
+def _described(kind: object) -> str:
+    descriptions = (part.description for part in _parts(kind) if isinstance(part, Meta))
+    return next((text for text in descriptions if text), "")
 
 
 def _at(document: Table, field: str) -> object:

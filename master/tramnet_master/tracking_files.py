@@ -57,9 +57,8 @@ from tramnet_workers.problems.tracking_task import TrackingTask
 
 _SAFE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
-_Name: TypeAlias = Annotated[
-    str, Meta(description="1 to 64 letters, digits, dots, dashes or underscores, a letter first")
-]
+_NAME = "1 to 64 letters, digits, dots, dashes or underscores, the first a letter or digit"
+_Name: TypeAlias = Annotated[str, Meta(description=_NAME)]
 
 
 class Scene(NamedTuple):
@@ -125,8 +124,7 @@ def _check_names(path: Path, names: list[str]) -> None:
     for i, name in enumerate(names):
         field = f"scene[{i}].name"
         if not _SAFE.fullmatch(name):
-            expected = "1 to 64 letters, digits, dots, dashes or underscores, a letter first"
-            raise InvalidFile(path, field, spell(name), expected, "it becomes part of file names")
+            raise InvalidFile(path, field, spell(name), _NAME, "it becomes part of file names")
         # Some file systems do not tell capitals from small letters.
         first = seen.setdefault(name.casefold(), i)
         if first != i:

@@ -1,3 +1,8 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import pytest
 
 from tramnet_master.farm.events import (
@@ -74,3 +79,28 @@ def busy_farm() -> Farm:
     farm = Farm(workers=2)
     farm.teach(Kind.EVALUATE, 0.010, workers=2)
     return farm
+
+
+def _assert_in_order(figure: Any) -> None:
+    """Nothing is cut off, and no legend or title covers a panel."""
+    width, height = figure.get_size_inches()
+    box = figure.get_tightbbox()
+    assert min(box.x0, box.y0) >= 0.0
+    assert box.x1 <= width
+    assert box.y1 <= height
+    for over in (*figure.legends, *figure.texts):
+        for axes in figure.get_axes():
+            assert not over.get_window_extent().overlaps(axes.get_tightbbox())
+
+
+@pytest.fixture
+def assert_in_order() -> Callable[[Any], None]:
+    """What must hold for a figure that was drawn."""
+    return _assert_in_order
+
+
+@pytest.fixture(scope="session")
+def golden() -> dict[str, bytes]:
+    """A frame with each kind of message, by tag."""
+    text = (Path(__file__).parents[1] / "golden/frames.json").read_text()
+    return {tag: bytes.fromhex(frame) for tag, frame in json.loads(text).items()}

@@ -1,6 +1,8 @@
 import pytest
 
+from tramnet_master import tracking_times
 from tramnet_master.cli import run
+from tramnet_master.tracking_times import MethodTime
 
 
 @pytest.fixture(autouse=True)
@@ -26,6 +28,8 @@ def test_the_installed_problems_are_listed(capsys):
         (["inspect", "--once", "--network", "alpha"], "network 'alpha': not found"),
         (["resume", "nowhere"], "no such folder"),
         (["report", "nowhere"], "nowhere"),
+        (["table", "puma560", "--cases", "8"], "cases between 1 and 7"),
+        (["table", "juggling"], "juggling"),
         (["run", "problem", "sphere", "--set", "dimension"], "expected NAME=VALUE"),
         (["run", "problem", "sphere", "--set", "size=3"], "size"),
         (["run", "problem", "sphere", "--on-failure", "cry"], "penalise, retry or stop"),
@@ -56,3 +60,14 @@ def test_a_run_file_that_was_altered_is_refused(tmp_path, capsys):
 
     assert run(["resume", str(tmp_path)]) == 2
     assert "'juggling'" in capsys.readouterr().err
+
+
+def test_the_times_of_a_paper_s_table_are_printed_beside_ours(monkeypatch, capsys):
+    times = [MethodTime("EAMP 500/10", 0.0005, 5480, 1000, None)]
+    monkeypatch.setattr(tracking_times, "measure_methods", lambda task, told: times)
+
+    assert run(["table", "redundant8"]) == 0
+    said = capsys.readouterr().err
+    (row,) = (line for line in said.splitlines() if "EAMP 500/10 " in line)
+    assert row.split() == ["EAMP", "500/10", "78", "244", "48", "398", "0.5", "156"]
+    assert "The paper's 398 is against the naive search" in said

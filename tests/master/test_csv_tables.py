@@ -62,3 +62,26 @@ def test_columns_cannot_be_altered(path):
 
     with pytest.raises(ValueError, match="read-only"):
         read_table(path)["a"][0] = 1.0
+
+
+@given(values=hnp.arrays(np.float64, st.integers(0, 8)))
+def test_a_column_with_gaps_reads_back_bit_for_bit(tmp_path_factory, values):
+    path = tmp_path_factory.mktemp("tables") / "table.csv"
+
+    write_table(path, {"k": np.arange(len(values)), "a": values}, gaps=("a",))
+
+    np.testing.assert_array_equal(read_table(path, gaps=("a",))["a"], values)
+
+
+def test_a_gap_is_an_empty_cell(path):
+    write_table(path, {"a": np.array([1.0, np.nan]), "b": np.array([2.0, 3.0])}, gaps=("a",))
+
+    assert path.read_text() == "a,b\n1.0,2.0\n,3.0\n"
+
+
+@pytest.mark.parametrize("text", ["a,b\n1,\n", "a,b\n1\n", "a,b\n1,,2\n", "a,b\n,\n"])
+def test_an_empty_cell_where_no_gap_is_allowed_is_told_of(path, text):
+    path.write_text(text)
+
+    with pytest.raises(DamagedFile):
+        read_table(path, gaps=("a",))

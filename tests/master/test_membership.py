@@ -131,3 +131,12 @@ def test_a_heartbeat_counts_for_its_own_incarnation_only(membership):
     membership.heard(stats(member.tram), 6.0)
 
     assert (member.stats, member.heard) == (stats(member.tram), 6.0)
+
+
+def test_a_process_that_comes_back_is_not_fresh(membership):
+    for pid in (7, 8, 7):
+        membership.admit(request(pid), 0.0)
+        membership.appeared(1, 0.0)
+        lost = membership.vanished(1)
+        assert lost is not None
+        assert lost.fresh is (lost.tram.incarnation < 3)

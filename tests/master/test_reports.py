@@ -163,7 +163,7 @@ def test_there_is_a_panel_a_joint_with_units_on_the_outer_axes(record, n_joints)
 
 @pytest.mark.parametrize("n_joints", [1, 2, 4, 6, 8])
 @pytest.mark.parametrize("draw", MOTION_FIGURES)
-def test_nothing_is_cut_off_and_no_legend_covers_data(record, n_joints, draw):
+def test_nothing_is_cut_off_and_no_legend_covers_data(record, n_joints, draw, assert_in_order):
     run = record(n_joints)
     with one_look():
         figure = drawn(draw(run, run.plan))
@@ -171,23 +171,9 @@ def test_nothing_is_cut_off_and_no_legend_covers_data(record, n_joints, draw):
     assert_in_order(figure)
 
 
-def test_the_objective_figure_is_in_order(record):
+def test_the_objective_figure_is_in_order(record, assert_in_order):
     with one_look():
         assert_in_order(drawn(draw_objective(record(6))))
-
-
-def assert_in_order(figure: Figure) -> None:
-    width, height = figure.get_size_inches()
-    box = figure.get_tightbbox()
-    assert min(box.x0, box.y0) >= 0.0
-    assert box.x1 <= width
-    assert box.y1 <= height
-    for legend in figure.legends:
-        for axes in figure.get_axes():
-            assert not legend.get_window_extent().overlaps(axes.get_tightbbox())
-    for text in figure.texts:
-        for axes in figure.get_axes():
-            assert not text.get_window_extent().overlaps(axes.get_tightbbox())
 
 
 def test_torques_stand_between_their_dashed_limits(record):
@@ -359,7 +345,9 @@ def test_a_replay_through_a_servo_has_its_figure(tmp_path):
 
 
 @pytest.mark.parametrize(("period", "points"), [(28, 15), (7, 58), (1.75, 0)])
-def test_set_points_stand_at_their_period_unless_they_are_too_many(tmp_path, period, points):
+def test_set_points_stand_at_their_period_unless_they_are_too_many(
+    tmp_path, period, points, assert_in_order
+):
     folder = fill(tmp_path / "run", 1)
     change_result(folder, goal_rad=[0.4])
     path = write_replay(folder, period)

@@ -93,7 +93,11 @@ def test_overwriting_removes_what_the_earlier_run_left_and_nothing_else(folder):
     with OpenRunFolder.create(folder, RUN) as run:
         run.log("joined")
         run.checkpoints.save({"a": 1}, 10)
-    for name in ("trajectory.csv", "servo-28ms.csv", "position.png", "torque.svg", "notes.txt"):
+    ours = (
+        "trajectory.csv", "trajectory-shelf.csv", "servo-28ms.csv", "position.png", "torque.svg",
+        "joint_angles.png", "tracking-shelf.svg", "postures-shelf.2.png", "scenes.svg",
+    )  # fmt: skip
+    for name in (*ours, "notes.txt"):
         (folder / name).write_text("old")
     finish(folder)
 

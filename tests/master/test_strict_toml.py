@@ -15,11 +15,25 @@ class Limits(Struct, frozen=True):
     gain: float = 1.0
 
 
+class Box(Struct, frozen=True):
+    lower_cm: Annotated[tuple[float, float], Meta(description="2 numbers")]
+    name: str = ""
+
+
+Row = Annotated[tuple[float, float], Meta(description="a row of 2 numbers")]
+
+
+class Scene(Struct, frozen=True):
+    box: Annotated[list[Box], Meta(description="[[box]] tables")] | None = None
+    rows: Annotated[list[Row], Meta(min_length=1, description="rows")] | None = None
+
+
 class Task(Struct, frozen=True):
     start_rad: Annotated[list[float], Meta(description="one angle a joint")]
     robot: str = "akb"
     segments: Annotated[int, Meta(ge=2)] = 16
     limits: Limits = Limits()
+    scene: list[Scene] = []
     exact: bool = False
 
 
@@ -177,3 +191,55 @@ def read_or_reason(path) -> Task | InvalidFile:
         return read_strictly(path, Task, {"start": "start_rad"})
     except InvalidFile as error:
         return error
+
+
+SCENES = """start_rad = [1]
+[[scene]]
+[[scene]]
+rows = [[1, 2]]
+[[scene.box]]
+lower_cm = [1, 2]
+[[scene.box]]
+name = "low"
+lower_cm = [3, 4]
+"""
+
+
+def test_arrays_of_tables_become_lists(path):
+    found = read(path, SCENES)
+
+    boxes = [Box((1.0, 2.0)), Box((3.0, 4.0), "low")]
+    assert found.scene == [Scene(), Scene(boxes, [(1.0, 2.0)])]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "found", "expected"),
+    [
+        ("[3, 4]", "[3]", "scene[1].box[1].lower_cm", "[3]", "2 numbers"),
+        ("[3, 4]", "[3, nan]", "scene[1].box[1].lower_cm[1]", "nan", "a number"),
+        ("[3, 4]", '[3, "x"]', "scene[1].box[1].lower_cm[1]", '"x"', "a number"),
+        ("lower_cm = [3, 4]", "", "scene[1].box[1].lower_cm", "nothing", "2 numbers"),
+        ("lower_cm = [3", "lowr_cm = [3", "scene[1].box[1].lowr_cm", "an unknown key", "one of "),
+        ("rows = ", "row = ", "scene[1].row", "an unknown key", "one of box, rows"),
+        ("[[1, 2]]", "[[1, 2], [3]]", "scene[1].rows[1]", "[3]", "a row of 2 numbers"),
+        ("[[1, 2]]", "[]", "scene[1].rows", "[]", "rows"),
+        ("[[1, 2]]", "3", "scene[1].rows", "3", "rows"),
+    ],
+)
+def test_a_mistake_in_an_array_of_tables_is_told_with_its_place(
+    path, old, new, field, found, expected
+):
+    error = complaint(path, SCENES.replace(old, new))
+
+    assert (error.field, error.found) == (field, found)
+    assert error.expected.startswith(expected)
+
+
+def test_one_table_where_there_may_be_several_is_told_of(path):
+    error = complaint(path, "start_rad = [1]\n[[scene]]\n[scene.box]\nlower_cm = [1, 2]\n")
+
+    assert (error.field, error.found, error.expected) == (
+        "scene[0].box",
+        "a table",
+        "[[box]] tables",
+    )

@@ -302,6 +302,29 @@ def test_a_token_disappears_with_its_channel(root):
     assert seen.next() == (KEYS.alive(1), False)
 
 
+ROOT = """
+import sys
+from tramnet_protocol.keys import Keys
+from tramnet_protocol.transport import open_root
+with open_root("test", ["tcp/127.0.0.1:0"]) as channel:
+    channel.declare_token(Keys("test").alive(0))
+    print(channel.endpoint, flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_worker_sees_the_token_of_a_killed_root_disappear():
+    with process(ROOT) as root:
+        endpoint = root.stdout.readline().decode().strip()
+        with open_worker(endpoint) as worker:
+            seen = watched(worker, KEYS.alive(0))
+            assert seen.next() == (KEYS.alive(0), True)
+
+            root.kill()
+
+            assert seen.next() == (KEYS.alive(0), False)
+
+
 def test_a_worker_connects_again_when_the_root_comes_back():
     with open_root("test", LOOPBACK) as first:
         endpoint = first.endpoint

@@ -10,7 +10,7 @@ from tramnet_workers.kernels.order import wrap
 from tramnet_workers.mpga_settings import SETTINGS
 from tramnet_workers.problems.bilevel import worth
 from tramnet_workers.problems.checks import MOST_JUMP, find_violations, follow_poses
-from tramnet_workers.problems.design_report import describe_design
+from tramnet_workers.problems.design_report import DesignedArm, describe_design
 from tramnet_workers.problems.design_task import DesignTask
 from tramnet_workers.problems.progressive import advance, begin, interpolate, summarise
 from tramnet_workers.problems.stages import (
@@ -282,7 +282,7 @@ def test_the_report_of_step_1_has_links_spread_and_elbows():
 def test_a_design_is_described_by_plain_values_with_units():
     state = designed(DesignTask())[-1]
 
-    plain = describe_design(state.task, state.outcome)
+    plain = describe_design(DesignedArm.after(state.task, state.outcome))
 
     assert json.loads(json.dumps(plain)) == plain
     assert plain["link_lengths_m"] == state.outcome.poses.lengths.tolist()
@@ -299,7 +299,7 @@ def test_a_design_is_described_by_plain_values_with_units():
 def test_a_description_says_which_constraint_fails_where():
     state = designed(DesignTask(stock=Stock.of_lengths([0.2]), most_returns=0))[-1]
 
-    plain = describe_design(state.task, state.outcome)
+    plain = describe_design(DesignedArm.after(state.task, state.outcome))
 
     fails = {point["station"]: point["fails"] for point in plain["points"]}
     assert "rc" in fails[0.0]

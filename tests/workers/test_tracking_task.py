@@ -112,6 +112,13 @@ def test_a_task_comes_back_from_the_wire_as_it_was(task: TrackingTask) -> None:
     assert hash(again) == hash(task)
 
 
+def test_a_run_file_that_leaves_out_a_weight_of_none_is_understood() -> None:
+    kept = {name: value for name, value in PAPER.parameters().items() if value is not None}
+
+    assert "clearance_weight" not in kept
+    assert TrackingTask.from_parameters(kept) == PAPER
+
+
 def test_an_unknown_key_is_refused() -> None:
     with pytest.raises(InvalidTask, match="speed"):
         TrackingTask.from_parameters({**PAPER.parameters(), "speed": 1.0})
@@ -148,8 +155,9 @@ def test_points_along_a_polyline_are_as_far_apart_as_they_can_be(
     assert (spacings <= length / n_steps + 1e-9).all()
 
 
-def test_a_corner_given_twice_is_one_corner() -> None:
-    twice = points_along([[0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 1, 0]], 10)
+@pytest.mark.parametrize("apart", [0.0, 1e-300, 1e-17])
+def test_a_corner_given_twice_is_one_corner(apart: float) -> None:
+    twice = points_along([[0, 0, 0], [1, 0, 0], [1, 0, apart], [1, 1, 0]], 10)
 
     np.testing.assert_array_equal(twice, points_along([[0, 0, 0], [1, 0, 0], [1, 1, 0]], 10))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tramnet_master.errors import InvalidOption
 from tramnet_master.experiments.experiment import Experiment
-from tramnet_master.experiments.runner import RunOptions, run
+from tramnet_master.experiments.run_options import RunOptions
 from tramnet_master.progress import ProgressMode, QuietProgress, open_progress
 from tramnet_master.results import Result
 from tramnet_master.run_folder import OpenRunFolder, default_folder
@@ -55,6 +55,8 @@ def launch(experiment: Experiment, options: RunOptions, presentation: Presentati
             path = default_folder(RUNS, experiment.name, today)
         return OpenRunFolder.create(path, document, presentation.overwrite)
 
+    from tramnet_master.experiments.runner import run  # noqa: PLC0415  slow to import
+
     mode = presentation.mode
     folder, _ = run(experiment, options, open_folder, open_progress(mode))
     show(folder, presentation.pictures, mode)
@@ -62,6 +64,8 @@ def launch(experiment: Experiment, options: RunOptions, presentation: Presentati
 
 def make_run(experiment: Experiment, options: RunOptions, folder: Path, overwrite: bool) -> Result:
     """Make a run that shows nothing and draws nothing; return its result."""
+    from tramnet_master.experiments.runner import run  # noqa: PLC0415
+
     _, result = run(
         experiment,
         options,
@@ -75,6 +79,8 @@ def go_on(
     experiment: Experiment, options: RunOptions, folder: Path, presentation: Presentation
 ) -> None:
     """Go on with a run that was not finished."""
+    from tramnet_master.experiments.runner import run  # noqa: PLC0415
+
     mode = presentation.mode
     run(experiment, options, lambda _: OpenRunFolder.resume(folder), open_progress(mode))
     show(folder, presentation.pictures, mode)

@@ -13,7 +13,7 @@ from tramnet_master import options as words
 from tramnet_master.commands.launch import Presentation, launch
 from tramnet_master.errors import InvalidOption
 from tramnet_master.experiments.experiment import Experiment
-from tramnet_master.experiments.runner import RunOptions
+from tramnet_master.experiments.run_options import RunOptions
 
 Settings = Annotated[
     list[str] | None,

@@ -10,9 +10,8 @@ import typer
 from tramnet_master.commands.launch import Presentation, go_on
 from tramnet_master.commands.making_runs import Settings, makes_a_run, read_settings
 from tramnet_master.errors import InvalidFile
-from tramnet_master.experiments import own_problem
 from tramnet_master.experiments.experiment import Experiment
-from tramnet_master.experiments.runner import read_options
+from tramnet_master.experiments.run_options import read_options
 from tramnet_master.options import Generations, Pictures, Population, Progress, Seed, Task
 from tramnet_master.run_folder import RUN, RunFolder
 
@@ -20,6 +19,7 @@ app = typer.Typer(no_args_is_help=True, help="Launch a root and local workers, a
 
 # Named, not imported: a run loads the kernels of its own job only.
 EXPERIMENTS: Mapping[str, str] = {
+    "crank": "tramnet_master.experiments.crank",
     "problem": "tramnet_master.experiments.own_problem",
     "puma560": "tramnet_master.experiments.puma560",
     "redundant8": "tramnet_master.experiments.redundant8",
@@ -61,6 +61,17 @@ SettingsName = Annotated[
         help="literal (the paper's, with our choices where it is silent) or recommended (ours).",
     ),
 ]  # fmt: skip
+Variant = Annotated[
+    str | None,
+    typer.Option(
+        envvar="TRAMNET_VARIANT",
+        help="path-placement, mobile-base, prismatic, workspace or spatial.",
+    ),
+]
+PrintedHc = Annotated[
+    bool,
+    typer.Option("--printed-hc", help="Give eq (7) its printed sign, which makes degenerate arms."),
+]
 ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="See `tramnet problems`.")]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]
 
@@ -119,6 +130,38 @@ def redundant8(
 
 @app.command()
 @makes_a_run
+def crank(
+    task: Task = None,
+    variant: Variant = None,
+    method: Annotated[
+        str, _method("mpga (the paper's), single-ga or bilevel-cma (what it is compared with).")
+    ] = "mpga",
+    settings_name: Annotated[
+        str,
+        typer.Option(
+            "--settings",
+            envvar="TRAMNET_SETTINGS",
+            help="literal (as printed), recommended, or polished (with a local search of the links).",
+        ),
+    ] = "recommended",
+    settings: Settings = None,
+    printed_hc: PrintedHc = False,
+    seed: Seed = 1,
+    population: Population = None,
+    generations: Generations = None,
+) -> Experiment:
+    """Design of an arm that turns a crank (Kim & Khosla 1992), or of any arm for your task points."""
+    from tramnet_master.experiments import crank as job  # noqa: PLC0415  loads its kernels
+
+    choice = job.Choice(
+        task, variant, method, settings_name, read_settings(settings), printed_hc, seed,
+        population, generations,
+    )  # fmt: skip
+    return job.prepare(job.options_of(choice))
+
+
+@app.command()
+@makes_a_run
 def problem(
     name: ProblemName,
     settings: Settings = None,
@@ -127,6 +170,8 @@ def problem(
     generations: Generations = None,
 ) -> Experiment:
     """Minimise any installed problem over a box of real numbers."""
+    from tramnet_master.experiments import own_problem  # noqa: PLC0415  loads its kernels
+
     options = own_problem.OwnProblemOptions(
         problem=name,
         parameters=read_settings(settings),

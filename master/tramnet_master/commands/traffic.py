@@ -1,153 +1,130 @@
-"""Commands that watch a running network, through the root's endpoint for observers."""
+"""``tramnet traffic``: the statistics of a recording again, and its figures."""
 
-import queue
-import time
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, TypeAlias
 
 import msgspec
 import typer
-from rich.console import Group
-from rich.live import Live
+from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
-from tramnet_master.console import people, programs
-from tramnet_master.control import ask, locate
-from tramnet_master.options import Connect, Network
-from tramnet_master.traffic.echo import Echo, full_pattern
-from tramnet_master.traffic.inspector import Inspector
-from tramnet_protocol.keys import Keys
-from tramnet_protocol.messages import ControlRequest
-from tramnet_protocol.transport import open_observer
+from tramnet_master.console import people, write
+from tramnet_master.errors import InvalidOption, RunFailed
+from tramnet_master.options import Pictures
+from tramnet_master.traffic.recording import Recording, read_recording
+from tramnet_master.traffic.replay import LinkTraffic, TagTraffic, links_of, tags_of
+from tramnet_master.traffic.words import json_line, printable
 
-HEARTBEATS = 2.5
-"""Time in which every TRAM sends two heartbeats [s]."""
+File: TypeAlias = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A file of `tramnet record`.")
+]
+Folder: TypeAlias = Annotated[
+    Path | None, typer.Option("--out", help="Where the figures go; beside the file if omitted.")
+]
+Begin: TypeAlias = Annotated[
+    float | None,
+    typer.Option("--from", min=0.0, help="Second from which the space-time picture goes."),
+]
+End: TypeAlias = Annotated[
+    float | None, typer.Option("--to", min=0.0, help="Second up to which it goes.")
+]
+Json: TypeAlias = Annotated[bool, typer.Option("--json", help="The statistics as a JSON object.")]
 
-REFRESH = 0.25
-"""Period of the live view [s]."""
 
-Json = Annotated[bool, typer.Option("--json", help="One JSON object on standard output, then end.")]
-Once = Annotated[bool, typer.Option("--once", help="Show the network once, then end.")]
-Key = Annotated[str, typer.Argument(help="Key or pattern: link/**, link/0/1, stats/*, events.")]
-EchoCount = Annotated[int, typer.Option("--count", min=0, help="Frames to show; 0 for all.")]
-Timeout = Annotated[float, typer.Option(min=0.0, help="Seconds to listen; 0 for ever.")]
-
-
-def inspect(
-    connect: Connect = None, network: Network = None, once: Once = False, json: Json = False
+def traffic(
+    file: File,
+    out: Folder = None,
+    begin: Begin = None,
+    end: End = None,
+    json: Json = False,
+    pictures: Pictures = True,
 ) -> None:
-    """Show the TRAMs and links of a running network, live."""
-    live = locate(connect, network)
-    inspector = Inspector()
-    status = ask(live, ControlRequest("status")).status
-    with open_observer(live.observers) as channel:
-        channel.subscribe(Keys(live.network).all_stats, lambda _, payload: inspector.take(payload))
-        if once or json:
-            _listen(inspector, status)
-            status = ask(live, ControlRequest("status")).status
-            if json:
-                programs.print(_document(status, inspector))
-            else:
-                programs.print(_view(status, inspector))
-            return
-        with Live(console=people, refresh_per_second=4, screen=False) as screen:
-            while True:
-                screen.update(_view(status, inspector))
-                time.sleep(REFRESH)
-                status = ask(live, ControlRequest("status")).status
+    """Show what passed in a recording, link by link, and draw it: links over time, and what each TRAM did when."""
+    recording = read_recording(file)
+    if not recording.frames:
+        raise RunFailed(f"{file}: found no frame on a link, so there is no traffic to show")
+    links, tags = links_of(recording), tags_of(recording)
+    if json:
+        write(json_line(_document(recording, links, tags)) + "\n")
+    else:
+        write(_text(recording, links, tags))
+    if not recording.complete:
+        people.print("the recorder was killed: this is what it had written out until then")
+    if pictures:
+        from tramnet_master.reports.traffic import (  # noqa: PLC0415  slow to import
+            draw_traffic,
+        )
+
+        window = _window(recording, begin, end)
+        for path in draw_traffic(recording, out or file.parent, file.stem, window):
+            people.print(str(path), markup=False, soft_wrap=True)
 
 
-def echo(
-    key: Key,
-    connect: Connect = None,
-    network: Network = None,
-    count: EchoCount = 0,
-    timeout: Timeout = 0.0,
-) -> None:
-    """Print frames as they pass, decoded, one JSON object a line; arrays are cut short."""
-    live = locate(connect, network)
-    shown, echoes = 0, Echo()
-    arrived: queue.Queue[tuple[str, bytes]] = queue.Queue(maxsize=10_000)
-
-    def enqueue(found: str, payload: bytes) -> None:
-        if not arrived.full():
-            arrived.put_nowait((found, payload))
-
-    end = time.monotonic() + timeout if timeout else float("inf")
-    with open_observer(live.observers) as channel:
-        channel.subscribe(full_pattern(live.network, key), enqueue)
-        while time.monotonic() < end and (not count or shown < count):
-            try:
-                found, payload = arrived.get(timeout=min(0.2, max(0.0, end - time.monotonic())))
-            except queue.Empty:
-                continue
-            line = msgspec.json.encode(echoes.describe(found, payload)).decode()
-            programs.print(line, markup=False)
-            shown += 1
-    if echoes.missed:
-        people.print(f"{echoes.missed} frames passed unseen: observers never hold the network up")
+def _window(
+    recording: Recording, begin: float | None, end: float | None
+) -> tuple[float, float] | None:
+    if begin is None and end is None:
+        return None
+    first, last = begin or 0.0, recording.seconds if end is None else end
+    if not first < min(last, recording.seconds):
+        expected = f"a time before --to and the end, {recording.seconds:.3f} s"
+        raise InvalidOption("--from", f"{first:g}", expected)
+    return first, last
 
 
-def _listen(inspector: Inspector, status: dict[str, object]) -> None:
-    """Wait until the rates of all live TRAMs are known."""
-    workers = status.get("workers")
-    expected = (
-        {0}
-        | {worker["seat"] for worker in workers if isinstance(worker, dict) and worker.get("live")}
-        if isinstance(workers, list)
-        else {0}
-    )
-    end = time.monotonic() + HEARTBEATS
-    while time.monotonic() < end:
-        if expected <= inspector.seats and inspector.complete:
-            return
-        time.sleep(0.02)
+def _document(
+    recording: Recording, links: list[LinkTraffic], tags: list[TagTraffic]
+) -> dict[str, object]:
+    return {
+        "file": str(recording.path),
+        "about": recording.about,
+        "recorder": recording.end,
+        "complete": recording.complete,
+        "seconds": recording.seconds,
+        "frames": len(recording.frames),
+        "others": recording.others,
+        "links": msgspec.to_builtins(links),
+        "tags": msgspec.to_builtins(tags),
+    }
 
 
-def _document(status: dict[str, object], inspector: Inspector) -> str:
-    document = {**status, "trams": inspector.trams(), "links": inspector.links()}
-    return msgspec.json.encode(document).decode()
+def _text(recording: Recording, links: list[LinkTraffic], tags: list[TagTraffic]) -> str:
+    console = Console(highlight=False)
+    about = recording.about
+    named = [about.get(name, "") for name in ("network", "title", "topology")]
+    with console.capture() as captured:
+        facts = [
+            *filter(None, named),
+            f"{recording.seconds:.3f} s",
+            f"{len(recording.frames):,} frames",
+        ]
+        console.print(printable("  ·  ".join(facts)), markup=False, soft_wrap=True)
+        console.print()
+        console.print(_table(_LINKS, links))
+        console.print()
+        console.print(_table(_TAGS, tags))
+    return captured.get()
 
 
-def _view(status: dict[str, object], inspector: Inspector) -> Group:
-    best = status.get("best")
-    head = (
-        f"[bold]{status.get('network')}[/bold]  {status.get('title')}  "
-        f"generation {status.get('generation')}/{status.get('generations')}  "
-        f"best {best if best is None else format(best, '.6g')}  "
-        f"{status.get('topology')}, epoch {status.get('epoch')}, lost {status.get('lost')}"
-    )
-    return Group(head, _tram_table(inspector), _link_table(inspector))
+_LINKS = {
+    "link": "{0.link}", "frames": "{0.frames:,}", "kB": "{1:,.1f}", "mean B": "{0.mean_bytes:,.0f}",
+    "frames/s": "{0.frames_per_s:,.1f}", "kB/s": "{2:,.1f}", "peak kB/s": "{3:,.1f}",
+    "of 20 Mbd": "{0.utilisation:.1%}", "missed": "{0.missed:,}",
+}  # fmt: skip
+_TAGS = {
+    "message": "{0.tag}", "frames": "{0.frames:,}", "kB": "{1:,.1f}", "mean B": "{0.mean_bytes:,.0f}",
+    "hops": "{0.hops:.2f}",
+}  # fmt: skip
 
 
-def _tram_table(inspector: Inspector) -> Table:
-    table = Table(title="TRAMs", title_justify="left")
-    for name in (
-        "TRAM",
-        "host",
-        "pid",
-        "state",
-        "chunks",
-        "evaluations",
-        "per s",
-        "busy",
-        "blocked",
-    ):
-        table.add_column(name, justify="left" if name in ("host", "state") else "right")
-    for row in inspector.trams():
-        table.add_row(
-            f"{row.seat}", row.host, f"{row.pid}", row.state, f"{row.chunks}", f"{row.evaluations}",
-            f"{row.evaluations_per_s:,.0f}", f"{row.busy:.0%}", f"{row.blocked:.0%}",
-        )  # fmt: skip
-    return table
-
-
-def _link_table(inspector: Inspector) -> Table:
-    table = Table(title="Links", title_justify="left")
-    for name in ("link", "frames", "frames/s", "kB/s", "mean B", "of 20 Mbaud"):
-        table.add_column(name, justify="right")
-    for row in inspector.links():
-        table.add_row(
-            f"{row.source} → {row.destination}", f"{row.frames}", f"{row.frames_per_s:,.0f}",
-            f"{row.bytes_per_s / 1e3:,.1f}", f"{row.mean_bytes:,.0f}", f"{row.utilisation:.1%}",
-        )  # fmt: skip
+def _table(columns: dict[str, str], rows: list[LinkTraffic] | list[TagTraffic]) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="bold underline")
+    for position, title in enumerate(columns):
+        table.add_column(title, justify="right" if position else "left", no_wrap=True)
+    for row in rows:
+        kilobytes = [row.bytes / 1e3]
+        if isinstance(row, LinkTraffic):
+            kilobytes += [row.bytes_per_s / 1e3, row.peak_bytes_per_s / 1e3]
+        table.add_row(*(Text(printable(form.format(row, *kilobytes))) for form in columns.values()))
     return table

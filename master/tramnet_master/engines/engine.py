@@ -5,6 +5,7 @@ outcome in whatever order they come, and is finished when it says so. Its state 
 so that it can be written to a checkpoint and restored bit for bit.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol, TypeAlias
@@ -49,6 +50,48 @@ class GenerationRow(NamedTuple):
     mean: float
     worst: float
     best_so_far: float
+
+
+class Champion:
+    """Keeps the best individual; the earliest, then the lowest slot, among equals.
+
+    Attributes:
+        best: It, or None before the first generation.
+    """
+
+    def __init__(self) -> None:
+        self.best: Best | None = None
+
+    def rank(
+        self, genomes: NDArray[np.generic], objectives: NDArray[np.float64], generation: int
+    ) -> tuple[float, float, float, float]:
+        """Compare a generation; return its best, mean and worst objective, and the best of all so far."""
+        slot = int(np.argmin(objectives))  # the lowest slot among equals
+        lowest = float(objectives[slot])
+        if self.best is None or lowest < self.best.objective:
+            genome = genomes[slot].copy()
+            genome.setflags(write=False)
+            self.best = Best(lowest, generation, genome)
+        # An exact sum: NumPy's own depends on the vector width of the machine.
+        mean = math.fsum(objectives.tolist()) / len(objectives)
+        return lowest, mean, float(objectives.max()), self.best.objective
+
+    def state(self) -> State:
+        """Return it for a checkpoint."""
+        assert self.best is not None, "no generation is complete yet"
+        return {
+            "best_objective": self.best.objective,
+            "best_generation": self.best.generation,
+            "best_genome": self.best.genome,
+        }
+
+    def restore(self, state: Mapping[str, "int | float | str | NDArray[np.generic]"]) -> None:
+        """Take back what ``state`` returned."""
+        genome = np.asarray(state["best_genome"])
+        genome.setflags(write=False)
+        self.best = Best(
+            float(scalar(state["best_objective"])), int(scalar(state["best_generation"])), genome
+        )
 
 
 class Engine(Protocol):
@@ -99,6 +142,12 @@ class Engine(Protocol):
         Args:
             state: A state of an engine with the same parameters.
         """
+
+
+def scalar(value: "int | float | str | NDArray[np.generic]") -> int | float:
+    """Return a number of a saved state."""
+    assert isinstance(value, int | float), f"{value!r} is not a number"
+    return value
 
 
 class HoldsPopulations(ABC):

@@ -4,14 +4,13 @@ The root breeds, the workers evaluate. A generation is one piece of ``Evaluate``
 takes which part is the farm's affair and cannot change the result.
 """
 
-import math
 from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_master.engines.engine import Best, GenerationRow, State
+from tramnet_master.engines.engine import Best, Champion, GenerationRow, State, scalar
 from tramnet_protocol.arrays import Array
 from tramnet_protocol.messages import Evaluate, Evaluated, Kind, Outcome, Work, WorkId
 from tramnet_workers.evolution.algorithm import Algorithm
@@ -33,7 +32,7 @@ class GenerationalEngine:
         self._completed = 0
         self._genomes: NDArray[np.generic] = _frozen(algorithm.initial())
         self._asked = False
-        self._best: Best | None = None
+        self._champion = Champion()
         self._evaluated: tuple[NDArray[np.generic], NDArray[np.float64]] | None = None
         # Breeding is a pure function: once for nothing, so that its kernels are compiled before the run.
         # Read-only, as what arrives is: kernels are compiled for either kind apart.
@@ -57,8 +56,8 @@ class GenerationalEngine:
     @property
     def best(self) -> Best:
         """The best individual so far; the earliest, then the lowest slot, among equals."""
-        assert self._best is not None, "no generation is complete yet"
-        return self._best
+        assert self._champion.best is not None, "no generation is complete yet"
+        return self._champion.best
 
     def ask(self) -> list[Work]:
         """Return the current generation, once."""
@@ -94,42 +93,23 @@ class GenerationalEngine:
             "genomes": self._genomes,
             "evaluated_genomes": self._evaluated[0],
             "evaluated_objectives": self._evaluated[1],
-            "best_objective": self.best.objective,
-            "best_generation": self.best.generation,
-            "best_genome": self.best.genome,
+            **self._champion.state(),
         }
 
     def restore(self, state: Mapping[str, int | float | str | NDArray[np.generic]]) -> None:
         """Go on from a saved generation."""
-        self._completed = int(_scalar(state["generation"]))
+        self._completed = int(scalar(state["generation"]))
         self._genomes = _frozen(np.asarray(state["genomes"]))
         objectives = _frozen(np.asarray(state["evaluated_objectives"], dtype=np.float64))
         self._evaluated = (_frozen(np.asarray(state["evaluated_genomes"])), objectives)
-        self._best = Best(
-            float(_scalar(state["best_objective"])),
-            int(_scalar(state["best_generation"])),
-            _frozen(np.asarray(state["best_genome"])),
-        )
+        self._champion.restore(state)
         self._asked = False
 
     def _row(self, objectives: NDArray[np.float64]) -> GenerationRow:
-        slot = int(np.argmin(objectives))  # the lowest slot among equals
-        lowest = float(objectives[slot])
-        if self._best is None or lowest < self._best.objective:
-            self._best = Best(lowest, self._completed, _frozen(self._genomes[slot].copy()))
-        # An exact sum: NumPy's own depends on the vector width of the machine.
-        mean = math.fsum(objectives.tolist()) / len(objectives)
-        worst = float(objectives.max())
-        return GenerationRow(
-            self._completed, self.evaluations, lowest, mean, worst, self._best.objective
-        )
+        ranks = self._champion.rank(self._genomes, objectives, self._completed)
+        return GenerationRow(self._completed, self.evaluations, *ranks)
 
 
 def _frozen(array: NDArray[Number]) -> NDArray[Number]:
     array.setflags(write=False)
     return array
-
-
-def _scalar(value: int | float | str | NDArray[np.generic]) -> int | float:
-    assert isinstance(value, int | float), f"{value!r} is not a number"
-    return value

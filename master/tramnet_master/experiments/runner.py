@@ -5,38 +5,47 @@ import hashlib
 import itertools
 import os
 import secrets
-import signal
 import socket
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import FrameType
 
 import msgspec
 import numpy as np
 
 from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
+from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import Engine, HoldsPopulations
-from tramnet_master.errors import Interrupted, InvalidFile, InvalidOption, NetworkTaken, RunFailed
+from tramnet_master.errors import (
+    CannotWrite,
+    Interrupted,
+    NetworkTaken,
+    RunFailed,
+    RunStopped,
+    TaskTooLarge,
+)
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
+from tramnet_master.experiments.run_options import RunOptions
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
-from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
-from tramnet_master.results import BestFound, Result, versions
-from tramnet_master.run_folder import HISTORY, OpenRunFolder
-from tramnet_master.topologies import find_shape
-from tramnet_protocol.edge_list import edge_list_shape
-from tramnet_protocol.errors import BadTopology
+from tramnet_master.results import BestFound, Booked, Messages, Result, versions
+from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
+from tramnet_master.signals import ending, interrupting
+from tramnet_protocol.codec import encode_body
+from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
-from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
-from tramnet_protocol.topology import Shape
+from tramnet_protocol.links import LinkTiming
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
+from tramnet_protocol.pacing import Pacer
+from tramnet_protocol.packing import unpack
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -45,99 +54,14 @@ from tramnet_workers.node.supervisor import Ended, Supervisor
 ANNOUNCE_PERIOD = 0.1
 """Shortest time between two announcements of a generation [s]."""
 
+PATIENCE = 3600.0
+"""How long local workers look for their root [s]; they end with it however it ends, so this need not be short."""
+
 START_UP = 60.0
 """Longest wait for the first local worker before the clock of the run starts [s]."""
 
 OTHERS = 3.0
 """Longest wait for the other local workers after the first [s]."""
-
-
-@dataclass(frozen=True)
-class RunOptions:
-    """How a run is made; none of it changes the result.
-
-    Attributes:
-        workers: Number of local workers.
-        topology: Shape of the network, or a file of links.
-        network: Name of the network, or None for any free one.
-        listen: Endpoint at which workers connect.
-        first_deadline: Time an individual may take before its cost is known [s].
-        on_failure: ``penalise``, ``retry`` or ``stop``.
-        allow_mixed: Whether workers of another arithmetic are let in.
-        checkpoint_seconds: Time between checkpoints [s].
-    """
-
-    workers: int = 2
-    topology: str = "star"
-    network: str | None = None
-    listen: str = "tcp/127.0.0.1:0"
-    first_deadline: float = 60.0
-    on_failure: str = "penalise"
-    allow_mixed: bool = False
-    checkpoint_seconds: float = 1.0
-
-    def shape(self) -> Shape:
-        """Return the shape of the network.
-
-        Raises:
-            BadTopology: There is none of that name, or the links cannot be laid.
-            InvalidFile: The file of links cannot be used.
-        """
-        return find_shape(self.topology)
-
-    def rules(self) -> Rules:
-        """Return the scheduler's rules.
-
-        Raises:
-            InvalidOption: There is no such policy.
-        """
-        if self.on_failure not in ("penalise", "retry", "stop"):
-            raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
-        return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
-
-
-@dataclass(frozen=True)
-class OldOptions(RunOptions):
-    """How a run that is gone on with was made.
-
-    Attributes:
-        links: What its file of links said when it began; that is not read again.
-    """
-
-    links: tuple[tuple[int, int], ...] = ()
-
-    def shape(self) -> Shape:
-        """Return the shape of the network."""
-        if self.links:
-            return edge_list_shape(Path(self.topology).name, self.links)
-        return super().shape()
-
-
-def read_options(path: Path, document: Mapping[str, object], workers: int | None) -> RunOptions:
-    """Return how the run of a ``run.toml`` was made, to go on with it where it can be found again.
-
-    Args:
-        path: The file, for messages.
-        document: What it says.
-        workers: Number of local workers instead of that in the file, or None.
-
-    Raises:
-        InvalidFile: The farm it describes cannot be built.
-    """
-    farm = document.get("farm")
-    if not isinstance(farm, dict):
-        raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
-    known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
-    try:
-        options = msgspec.convert(known, OldOptions, strict=True)
-    except msgspec.ValidationError as error:
-        raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
-    listen = options.listen
-    if listen.endswith(":0"):  # those who were connected look for the root where it was
-        listen = str(farm.get("endpoint", listen))
-    return dataclasses.replace(
-        options, listen=listen, workers=options.workers if workers is None else workers
-    )
 
 
 def run(
@@ -159,14 +83,18 @@ def run(
 
     Raises:
         Interrupted: Somebody asked it to stop.
+        RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
-    shape = options.shape()
-    shape.check_room(1 + options.workers)
-    with ExitStack() as stack:
+    options.check()
+    _check_that_it_travels(experiment.setup)
+    with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
         observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
-        channel = stack.enter_context(open_root(network, [options.listen], observers))
+        credentials = Credentials.load(options.tls) if options.tls else None
+        channel = stack.enter_context(
+            open_root(network, [options.endpoint], observers, credentials)
+        )
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
         claim.announce(
             networks.LiveNetwork(
@@ -174,7 +102,12 @@ def run(
             )
         )
         root = Root(experiment, options, network, channel, folder, progress)
-        return folder.path, stack.enter_context(root).run()
+        try:
+            return folder.path, stack.enter_context(root).run()
+        except (KeyboardInterrupt, BrokenPipeError) as error:
+            raise Interrupted(folder.path) from error
+        except CannotWrite as error:
+            raise RunStopped(folder.path, str(error)) from error
 
 
 class Root:
@@ -216,9 +149,24 @@ class Root:
             experiment.setup,
             kernel_fingerprint(),
             options.allow_mixed,
+            options.pace_of_links(),
+            Credentials.load(options.tls).seats() if options.tls else None,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
-        self._farm = Farm(channel, Keys(network), house, self._shape, Scheduler(rules), hands)
+        hands = Hands(
+            self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
+        )
+        self._books = options.books()
+        self._pacer = Pacer(channel, LinkTiming.of(house.pace)) if house.pace else None
+        self._farm = Farm(
+            channel,
+            Keys(network),
+            house,
+            self._shape,
+            Scheduler(rules),
+            hands,
+            self._books,
+            self._pacer,
+        )
 
     def __enter__(self) -> "Root":
         return self
@@ -227,6 +175,8 @@ class Root:
         if self._supervisor is not None:
             self._farm.dismiss("the run is over")
             self._supervisor.close()
+        if self._pacer is not None:
+            self._pacer.close()
 
     def run(self) -> Result:
         """Make the run; return its result.
@@ -241,15 +191,22 @@ class Root:
             saved = checkpoint.state["engine"]
             assert isinstance(saved, dict), "a checkpoint of ours holds the engine's state"
             experiment.engine.restore(saved)
-        self._farm.open()
+            books = checkpoint.state.get("books")
+            if self._books is not None and isinstance(books, dict):
+                self._books.restore(books)
         self._start_workers()
+        Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
+        self._farm.open()
+        folder.log(
+            "open", {"endpoint": self._channel.endpoint, "generation": experiment.engine.generation}
+        )
         outline = Outline(
             experiment.title,
             experiment.generations,
             experiment.engine.generation,
             experiment.engine.evaluations,
         )
-        with _signals(self._farm.interrupt):
+        with ending(self._farm.interrupt):
             self._progress.start(outline)
             try:
                 with History(folder.path / HISTORY, experiment.engine.generation) as history:
@@ -259,10 +216,11 @@ class Root:
             return self._conclude()
 
     def _start_workers(self) -> None:
-        """Compile before launching, so that several workers do not compile the same at once."""
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
-        arguments += ["--supervisor", self._name]
-        Evaluator(self._experiment.setup)
+        arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
+        arguments += ["--memory", str(self._options.worker_memory)]
+        if self._options.tls:
+            arguments += ["--tls", str(self._options.tls)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -277,11 +235,15 @@ class Root:
         engine, farm = self._experiment.engine, self._farm
         self._wait_for_local_workers()
         self._began = time.monotonic()
-        next_checkpoint = self._began + self._options.checkpoint_seconds
+        due = CheckpointsDue(self._options, self._began)
         next_announcement = self._began
         self._submit_what_can_be_begun()
         while not engine.finished:
-            finished = farm.next_outcome()
+            try:
+                finished = farm.next_outcome()
+            except RunFailed as error:
+                self._save(history, engine)
+                raise RunStopped(self._folder.path, str(error)) from error
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
@@ -301,9 +263,8 @@ class Root:
             if now >= next_announcement or engine.finished:
                 next_announcement = now + ANNOUNCE_PERIOD
                 farm.announce("generation", row._asdict())
-            if now >= next_checkpoint and not engine.finished:
+            if not engine.finished and due.after(engine.generation, now):
                 self._save(history, engine)
-                next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
         self._over = time.monotonic()
 
     def _submit_what_can_be_begun(self) -> None:
@@ -323,6 +284,7 @@ class Root:
             "lost": self._lost,
             "condemned": self._condemned,
             "mixed": self._mixed,
+            "books": None if self._books is None else self._books.state(),
         }
         self._folder.checkpoints.save(state, engine.generation)
 
@@ -348,6 +310,7 @@ class Root:
             final_population_sha256=population_hash(engine),
             paper=experiment.paper,
             versions=versions(),
+            link_books=self._close_books(),
         )
         here = max(self._over - self._began, 1e-9)
         live = max(1, len(farm.membership.live))
@@ -360,8 +323,23 @@ class Root:
         busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
         load = Load(farm.chunks, busy)
         result = experiment.conclude(self._folder, common, timing, load)
+        result = msgspec.structs.replace(result, messages=self._messages())
         self._folder.write_result(result)
         return result
+
+    def _messages(self) -> dict[str, Messages]:
+        counted = self._farm.messages
+        return {
+            c.tag: Messages(c.sent, c.sent_bytes, c.received, c.received_bytes)
+            for c in counted
+            if c.sent or c.received
+        }
+
+    def _close_books(self) -> Booked | None:
+        if self._books is None:
+            return None
+        write_table(self._folder.path / LINKS, self._books.totals.columns())
+        return self._books.summary(self._options.mbaud)
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began
@@ -381,7 +359,9 @@ class Root:
             for w, reason in self._farm.condemned
             for i in range(w.first, w.last)
         ]
-        return self._before.condemned + here
+        # A generation that was begun twice, before a resume and after it, condemns the same ones twice.
+        every = [*self._before.condemned, *here]
+        return list({tuple(one.values())[:3]: one for one in every}.values())
 
     # What the farm and people ask for.
 
@@ -400,8 +380,9 @@ class Root:
         return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:
-        self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
         self._farm.inbox.put(ended)
+        with suppress(CannotWrite):  # on the supervisor's thread; the main one will meet it too
+            self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
 
     def _steer(self, request: ControlRequest) -> ControlReply:
         """Do what somebody asks.
@@ -452,6 +433,34 @@ class Root:
         self._progress.message(text)
 
 
+class CheckpointsDue:
+    """When a checkpoint is due: every so many generations where a number is given, else by time.
+
+    Args:
+        options: The number and the time.
+        now: Monotonic time [s].
+    """
+
+    def __init__(self, options: RunOptions, now: float) -> None:
+        self._every = options.checkpoint_generations
+        self._period = options.checkpoint_seconds
+        self._next = now + self._period
+
+    def after(self, generation: int, now: float) -> bool:
+        """Return whether one is due at the end of a generation.
+
+        Args:
+            generation: Its number, from 1.
+            now: Monotonic time [s].
+        """
+        if self._every:
+            return generation % self._every == 0
+        if now < self._next:
+            return False
+        self._next = now + self._period
+        return True
+
+
 @dataclass(frozen=True)
 class _Past:
     """What the parts of a run before a resume have used up."""
@@ -474,6 +483,18 @@ def population_hash(engine: Engine) -> str:
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         digest.update(little.tobytes())
     return digest.hexdigest()
+
+
+def _check_that_it_travels(setup: Setup) -> None:
+    """Check that workers can be told of a problem, before any of them is asked to come.
+
+    Raises:
+        TaskTooLarge: It is above a limit of the protocol.
+    """
+    try:
+        unpack(encode_body(setup))
+    except (MessageTooLarge, MalformedFrame) as error:
+        raise TaskTooLarge(setup.problem, str(error)) from error
 
 
 @contextmanager
@@ -507,26 +528,10 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "tls": options.tls and options.tls.absolute(),
             "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,
         },
         experiment.name: dict(experiment.document),
     }
-
-
-@contextmanager
-def _signals(interrupt: Callable[[], None]) -> Iterator[None]:
-    """Have the first Ctrl-C, SIGTERM or closed terminal end the run in order; a second one at once."""
-
-    def first(number: int, _: FrameType | None) -> None:
-        signal.signal(number, signal.default_int_handler)
-        interrupt()
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, first) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)

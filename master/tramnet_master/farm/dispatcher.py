@@ -18,6 +18,7 @@ from msgspec import Struct
 
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
+from tramnet_master.farm.books import Books, NoBooks
 from tramnet_master.farm.changes import Changes
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
@@ -26,7 +27,7 @@ from tramnet_master.farm.membership import Member, Membership
 from tramnet_master.farm.reception import House, Reception
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.farm.ways import ways
-from tramnet_protocol.channel import Channel, Lane, Query
+from tramnet_protocol.channel import Channel, Lane, Publisher, Query
 from tramnet_protocol.codec import Frame, Header, decode, encode
 from tramnet_protocol.errors import MalformedFrame, UnknownKey
 from tramnet_protocol.exchange import Exchange, Identity
@@ -48,6 +49,7 @@ from tramnet_protocol.messages import (
     PopulationSnapshot,
     Stats,
     Stop,
+    TagCounters,
     Tracked,
     Work,
     WorkId,
@@ -114,6 +116,7 @@ class Hands:
         tell: Takes a line for people.
         give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
         restate: Adds to work on populations the state that a worker needs who does not hold them.
+        note: Writes down that a worker joined, was lost or is replaced.
     """
 
     replace: Callable[[Member, str], None]
@@ -121,6 +124,7 @@ class Hands:
     tell: Callable[[str], None]
     give_up: Callable[[str], None]
     restate: Callable[[Evolve], Evolve]
+    note: Callable[[str, Mapping[str, object]], None]
 
 
 class Finished(NamedTuple):
@@ -147,6 +151,8 @@ class Farm:
         shape: What the TRAMs are wired in.
         scheduler: Decides.
         hands: What others do for the farm.
+        books: Who is told what passes, or None for nobody.
+        links: Where frames are published, or None for the channel.
 
     Attributes:
         inbox: Where everything arrives.
@@ -168,6 +174,8 @@ class Farm:
         shape: Shape,
         scheduler: Scheduler,
         hands: Hands,
+        books: Books | None = None,
+        links: Publisher | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
         self.membership = Membership(shape, house.root_incarnation)
@@ -178,9 +186,11 @@ class Farm:
         self.waited_seconds = 0.0
         self.busy_seconds: dict[Tram, float] = {}
         self._channel = channel
+        self._links: Publisher = links or channel
         self._keys = keys
         self._hands = hands
         self._scheduler = scheduler
+        self._books = books or NoBooks()
         identity = Identity(house.run, ROOT, house.root_incarnation)
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
@@ -199,6 +209,11 @@ class Farm:
         self.chunks = 0
         self._interrupted = False
 
+    @property
+    def messages(self) -> tuple[TagCounters, ...]:
+        """Counters of what the root sent and received on links, by tag."""
+        return tuple(self._exchange.tags())
+
     def open(self) -> None:
         """Begin to listen and show presence."""
         inbox, keys, channel = self.inbox, self._keys, self._channel
@@ -212,14 +227,16 @@ class Farm:
         )
         channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
         channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
-        channel.serve(
             keys.control,
             lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
         )
+        # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
+        for key in (keys.join, keys.join_as_anybody):
+            channel.serve(
+                key,
+                lambda query: inbox.put_from(query.key, len(query.payload), JoinAsked(query)),
+            )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -279,6 +296,7 @@ class Farm:
         now = time.monotonic()
         return {
             "network": self._keys.network,
+            "run": self._exchange.identity.run,
             "topology": self.membership.wiring.topology,
             "epoch": self.membership.wiring.epoch,
             "uptime": now - self._started,
@@ -365,6 +383,7 @@ class Farm:
             self._handle(events.Raised(tram, outcome.work, str(error)))
             return
         self._arrived = collection, outcome
+        self._books.answered(tram, outcome, snapshot)
         self._handle(events.Answered(tram, outcome.work, outcome.seconds, bad))
         self._arrived = None
 
@@ -394,7 +413,8 @@ class Farm:
             self._lose(member, "is lost")
 
     def _take_join(self, query: Query) -> None:
-        query.reply(self.reception.join(query.payload, time.monotonic()))
+        name = self._keys.asker(query.key)
+        query.reply(self.reception.join(query.payload, time.monotonic(), name))
 
     def _take_end(self, ended: Ended) -> None:
         """Free at once the seat of a local process that ended before its token appeared."""
@@ -416,7 +436,9 @@ class Farm:
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
             case events.Send(tram, work) | events.Repeat(tram, work):
-                self._send(tram, self._collection(work).chunk(work))
+                chunk = self._collection(work).chunk(work)
+                self._books.sent(tram, chunk)
+                self._send(tram, chunk)
             case events.Accept(tram, _, part):
                 assert self._arrived is not None, "only an arriving outcome is accepted"
                 collection, outcome = self._arrived
@@ -451,6 +473,8 @@ class Farm:
         collections.remove(collection)
         if not collections:
             del self._open[_place(work)]
+        if not self._open:
+            self._books.idle()
         self.compute_seconds += collection.seconds
         self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
 
@@ -490,7 +514,7 @@ class Farm:
             "supervisor": member.request.supervisor,
             "cause": cause,
         }
-        self.announce("replace", detail)
+        self._tell_all("replace", detail)
         self._hands.replace(member, cause)
 
     # Workers and wires.
@@ -499,7 +523,7 @@ class Farm:
         self.lost += 1
         self._snapshots.pop(member.tram, None)
         self._hands.tell(f"TRAM {member.tram.seat} {what}")
-        self.announce("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
+        self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
         self._changes.lose(member.tram, time.monotonic())
 
     def _tell_joined(self, member: Member) -> None:
@@ -510,13 +534,18 @@ class Farm:
             "pid": member.request.pid,
             "live": len(self.membership.live),
         }
-        self.announce("joined", detail)
+        self._tell_all("joined", detail)
+
+    def _tell_all(self, name: str, detail: Mapping[str, object]) -> None:
+        self._hands.note(name, detail)
+        self.announce(name, detail)
 
     def _settle(self) -> None:
         """Have everybody send by a new wiring, and tell the scheduler of that and of who joined and was lost."""
         changes, self._changes = self._changes, Changes()
         wiring, live = self.membership.rewire(), self.membership.live
         self._exchange.rewire(wiring)
+        self._books.rewired(wiring)
         self.inbox.widen(len(live))
         order = self._frame(wiring)
         for member in live:
@@ -526,12 +555,14 @@ class Farm:
         if changes.lost:
             self._handle(events.WorkerLost(changes.lost[0], tuple(changes.lost[1:])))
         for tram in changes.joined:
-            self._handle(events.WorkerReady(tram))
+            joined = self.membership.find(tram)
+            if joined is not None:
+                self._handle(events.WorkerReady(tram, joined.fresh))
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
         began = time.perf_counter()
-        self._channel.publish(key, payload, Lane.LINK)
+        self._links.publish(key, payload, Lane.LINK)
         self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:
@@ -565,7 +596,7 @@ class Farm:
             links=tuple(self._exchange.counters(self.inbox.waiting)),
             pid=os.getpid(),
             host=socket.gethostname(),
-            tags=tuple(self._exchange.tags()),
+            tags=self.messages,
         )
 
     def _find(self, work: WorkId) -> Collection | None:

@@ -47,9 +47,15 @@ class WorkSubmitted(Struct, frozen=True):
 
 
 class WorkerReady(Struct, frozen=True):
-    """A worker has built the problem and can take work; its process has had none yet."""
+    """A worker has built the problem and can take work.
+
+    Attributes:
+        tram: The worker.
+        fresh: Whether its process never had work; one that was cut off and has come back had.
+    """
 
     tram: Tram
+    fresh: bool = True
 
 
 class WorkerLeaving(Struct, frozen=True):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from tramnet_master.farm.events import Tram
 from tramnet_protocol.messages import ROOT, JoinRequest, Stats, Wiring
-from tramnet_protocol.topology import Shape, lowest_free_seat, rewire
+from tramnet_protocol.topology import ALL_SEATS, Shape, lowest_free_seat, rewire
 
 SILENCE = 2.5
 """Time without a heartbeat, which is due every second, after which a TRAM counts as silent [s]."""
@@ -31,6 +31,7 @@ class Member:
         out: Whether it was wired out while its token stands.
         stats: Its last heartbeat.
         heard: When that came [s], or when its token appeared.
+        fresh: Whether its process has joined for the first time.
     """
 
     tram: Tram
@@ -40,6 +41,7 @@ class Member:
     out: bool = False
     stats: Stats | None = None
     heard: float = 0.0
+    fresh: bool = True
 
 
 class Membership:
@@ -59,6 +61,7 @@ class Membership:
         self._root_incarnation = root_incarnation
         self._members: dict[int, Member] = {}
         self._incarnations = 0
+        self._processes: set[tuple[str, int]] = set()  # host and process id of all that were live
         self.joined = 0
         self.wiring: Wiring = rewire(shape, {ROOT: root_incarnation}, 0)
 
@@ -79,19 +82,20 @@ class Membership:
         """The workers that can take work, in the order of seats."""
         return [member for member in self.members if member.live]
 
-    def admit(self, request: JoinRequest, now: float) -> Member:
+    def admit(self, request: JoinRequest, now: float, seats: range = ALL_SEATS) -> Member:
         """Give a worker a seat; it is wired in when its token appears.
 
         Args:
             request: Its question.
             now: Monotonic time [s].
+            seats: Seats it may have.
 
         Raises:
-            BadTopology: The shape has no room for it.
+            BadTopology: The shape has no room for it, or none of these is free.
         """
         self._forget_the_never_seen(now)
         self._shape.check_room(len(self._members) + 2)
-        seat = lowest_free_seat(self._members)
+        seat = lowest_free_seat(self._members, seats)
         self._incarnations += 1
         member = Member(Tram(seat, self._incarnations), request, now)
         self._members[seat] = member
@@ -110,6 +114,9 @@ class Membership:
         member.live = True
         member.heard = now
         self.joined += 1
+        process = (member.request.host, member.request.pid)
+        member.fresh = process not in self._processes
+        self._processes.add(process)
         return member
 
     def vanished(self, seat: int) -> Member | None:

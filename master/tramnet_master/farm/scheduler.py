@@ -102,7 +102,7 @@ class Scheduler:
                 self._allocation.rewire(event.routes)
                 return self._turn.out  # who joined or was lost comes next
             case WorkerReady():
-                self._joined(event.tram)
+                self._joined(event)
             case WorkerLeaving():
                 self._leaving(event.tram)
             case WorkerLost():
@@ -207,14 +207,16 @@ class Scheduler:
         if self._ledger.settle(batch):
             self._turn.out.append(Resolved(batch.work))
 
-    def _joined(self, tram: Tram) -> None:
+    def _joined(self, event: WorkerReady) -> None:
+        tram = event.tram
         present = self._roster.workers.get(tram.seat)
         if present is not None:
             if tram.incarnation <= present.tram.incarnation:
                 return
             self._lost(present.tram)
-        self._roster.add(tram)
-        self._allocation.suspects.welcome()
+        self._roster.add(tram, event.fresh)
+        if event.fresh:
+            self._allocation.suspects.welcome()
 
     def _leaving(self, tram: Tram) -> None:
         worker = self._roster.find(tram)

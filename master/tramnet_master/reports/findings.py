@@ -71,7 +71,18 @@ class Findings:
 
     @property
     def caption(self) -> str:
-        """What ran, in a line: job, case, robot, method and seed."""
-        case = f"case {self.text('case')}" if self.text("case") else "own task"
-        parts = [self.text("experiment"), case, self.text("robot"), self.text("method")]
+        """What ran, in a line: job, case, robot or variant, method, settings and seed."""
+        parts = [self.text(k) for k in ("robot", "variant", "method", "settings")]
+        parts = [self.text("experiment"), self._task, *parts]
         return "  ·  ".join([*(part for part in parts if part), f"seed {self.text('seed')}"])
+
+    @property
+    def _task(self) -> str:
+        """What was to be done: a case of the paper, or the user's own."""
+        scenes = len(self.rows("scenes"))
+        if scenes > 1:
+            return f"{scenes} scenes"
+        if not self.text("case"):
+            return "own task"
+        # The paper of a run with scenes has one task only.
+        return "the paper's task" if scenes else f"case {self.text('case')}"

@@ -47,6 +47,14 @@ class Bounds:
                     bound, color=BOUND, linestyle="--", linewidth=1.3, label="limit", zorder=3
                 )
 
+    def near(self, values: Array) -> "Bounds":
+        """Those close enough to be worth the room: nearer than the motion is wide."""
+        low, high = float(values.min()), float(values.max())
+        reach = max(high - low, 1e-3)
+        lower = self.lower if self.lower is not None and low - self.lower < reach else None
+        upper = self.upper if self.upper is not None and self.upper - high < reach else None
+        return Bounds(lower, upper)
+
 
 def height_for(n_joints: int) -> float:
     """Height of a figure with a panel for each joint [inch]."""
@@ -63,9 +71,9 @@ def draw_position(record: RunRecord, plan: Trajectory) -> Figure:
         if record.nodes is not None and len(record.nodes.t) <= MOST_NODES:
             nodes = record.nodes
             axes.plot(nodes.t, nodes.q[:, i], "o", color=PLAN, markersize=3.5, label="nodes")
-        _near(Bounds(lower[i], upper[i]), plan.q[:, i]).draw(axes)
-        _widen(axes, 0.05)
-    return _finished(figure, panels)
+        Bounds(lower[i], upper[i]).near(plan.q[:, i]).draw(axes)
+        widen(axes, 0.05)
+    return finished(figure, panels)
 
 
 def draw_torque(record: RunRecord, plan: Trajectory) -> Figure:
@@ -77,8 +85,8 @@ def draw_torque(record: RunRecord, plan: Trajectory) -> Figure:
         if limit is not None:
             Bounds(-limit, limit).draw(axes)
             axes.set_title(f"±{limit:g} N m", loc="right", color=BOUND, fontsize=9)
-        _widen(axes, 0.08)
-    return _finished(figure, panels)
+        widen(axes, 0.08)
+    return finished(figure, panels)
 
 
 def draw_velocity(record: RunRecord, plan: Trajectory) -> Figure:
@@ -88,10 +96,10 @@ def draw_velocity(record: RunRecord, plan: Trajectory) -> Figure:
     for axes, qd, limit in zip(panels, plan.qd.T, limits, strict=True):
         axes.plot(plan.t, qd, color=PLAN, label="plan")
         if limit is not None:
-            _near(Bounds(-limit, limit), qd).draw(axes)
+            Bounds(-limit, limit).near(qd).draw(axes)
             axes.set_title(f"±{limit:g} rad/s", loc="right", color=BOUND, fontsize=9)
-        _widen(axes, 0.05)
-    return _finished(figure, panels)
+        widen(axes, 0.05)
+    return finished(figure, panels)
 
 
 def draw_acceleration(record: RunRecord, plan: Trajectory) -> Figure:
@@ -99,8 +107,8 @@ def draw_acceleration(record: RunRecord, plan: Trajectory) -> Figure:
     figure, panels = _panels(record, "Joint accelerations", plan, "acceleration [rad/s²]")
     for axes, qdd in zip(panels, plan.qdd.T, strict=True):
         axes.plot(plan.t, qdd, color=PLAN, label="plan")
-        _widen(axes, 0.05)
-    return _finished(figure, panels)
+        widen(axes, 0.05)
+    return finished(figure, panels)
 
 
 def _panels(
@@ -111,16 +119,7 @@ def _panels(
     return figure, joint_axes(figure, plan.n_joints, unit)
 
 
-def _near(bounds: Bounds, values: Array) -> Bounds:
-    """The bounds close enough to be worth the room: nearer than the motion is wide."""
-    low, high = float(values.min()), float(values.max())
-    reach = max(high - low, 1e-3)
-    lower = bounds.lower if bounds.lower is not None and low - bounds.lower < reach else None
-    upper = bounds.upper if bounds.upper is not None and bounds.upper - high < reach else None
-    return Bounds(lower, upper)
-
-
-def _widen(axes: Axes, margin: float) -> None:
+def widen(axes: Axes, margin: float) -> None:
     """Leave room around the data, and a tenth of a unit to a joint that stands still."""
     low, high = axes.dataLim.y0, axes.dataLim.y1
     if high - low < 1e-6:
@@ -128,7 +127,8 @@ def _widen(axes: Axes, margin: float) -> None:
     axes.margins(x=0.02, y=margin)
 
 
-def _finished(figure: Figure, panels: list[Axes]) -> Figure:
+def finished(figure: Figure, panels: list[Axes]) -> Figure:
+    """A figure with its legend, its panels' labels in line."""
     legend_below(figure, panels)
     figure.align_ylabels(panels)
     return figure

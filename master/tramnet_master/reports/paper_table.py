@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 
-from rich import box
 from rich.table import Table
 from rich.text import Text
 
 from tramnet_master.experiments.paper_cases import PaperCase, paper_cases
+from tramnet_master.reports.tables import new_table
 
 CAPTION = """For: motion time T, torque τ, end velocities v. Ours: median over the seeds.
 End: sum of the end velocities [rad/s]. Generations: when the best was found, the paper's and ours."""
@@ -38,12 +38,7 @@ class CaseOutcome:
 
 def paper_table(outcomes: Sequence[CaseOutcome]) -> Table:
     """Table 2 beside ours: green where we are at or below the paper, red where not."""
-    table = Table(
-        title=Text("Wang & Zalzala (1995), Table 2: motion times [s]"),
-        caption=Text(CAPTION),
-        title_justify="left", caption_justify="left", title_style="bold", caption_style="",
-        box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0),
-    )  # fmt: skip
+    table = new_table("Wang & Zalzala (1995), Table 2: motion times [s]", CAPTION)
     table.add_column("case", no_wrap=True)
     table.add_column("for", no_wrap=True)
     for name in ("paper", "ours", "range", "to paper", "end", "generations"):

@@ -3,15 +3,20 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
-from rich import box
+import msgspec
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from tramnet_master.console import people
 from tramnet_master.progress import plural
+from tramnet_master.reports.design_record import read_design
+from tramnet_master.reports.design_summary import design_facts, design_verdict, points_table
 from tramnet_master.reports.findings import Findings
-from tramnet_master.results import ServoResult
+from tramnet_master.reports.tables import new_table
+from tramnet_master.results import Booked, ServoResult
+from tramnet_master.run_folder import DESIGN
+from tramnet_master.wording import time_span
 
 Fact = tuple[str, str]
 
@@ -45,14 +50,30 @@ def print_summary(folder: Path, console: Console = people) -> None:
         console.print(verdict(found))
     if found.servo is not None:
         console.print(servo_table(found.servo))
+    if found.rows("scenes"):
+        from tramnet_master.reports.tracking_summary import tracking_tables  # noqa: PLC0415  slow
+
+        for table in tracking_tables(folder, found):
+            console.print(table)
+    if (folder / DESIGN).is_file():
+        console.print(points_table(read_design(folder / DESIGN)))
+        console.print(design_verdict(found))
     console.print(f"results in {folder}", markup=False, soft_wrap=True)
 
 
 def facts_of(found: Findings) -> Iterator[Fact]:
     """The figures of a run, each with its name."""
     best = found.table("best")
-    yield "objective", f"{_short(best.get('objective'))}, first in generation {best['generation']}"
-    yield from _motion(found)
+    if found.rows("scenes"):
+        from tramnet_master.reports.tracking_summary import tracking_facts  # noqa: PLC0415  slow
+
+        yield from tracking_facts(found)
+    else:
+        objective = _short(best.get("objective"))
+        yield "objective", f"{objective}, first in generation {best['generation']}"
+        yield from _motion(found)
+    if "arm" in found.keys:
+        yield from design_facts(found)
     yield "evaluations", _evaluations(found)
     lost, condemned = found.number("lost_workers") or 0, len(found.rows("condemned"))
     workers = int(found.number("workers") or 0)
@@ -61,7 +82,11 @@ def facts_of(found: Findings) -> Iterator[Fact]:
         f"{workers} {plural('worker', workers)} in a {found.text('topology')}, {lost:g} lost, "
         f"{condemned} {plural('individual', condemned)} condemned",
     )
-    yield "population", f"SHA-256 {found.text('final_population_sha256')[:16]}.."
+    yield from _link_books(found)
+    yield (
+        "paths" if found.rows("scenes") else "population",
+        f"SHA-256 {found.text('final_population_sha256')[:16]}..",
+    )
     if found.keys.get("reproducible") is False:
         yield "", "[yellow]not reproducible: workers of other arithmetic were admitted[/yellow]"
 
@@ -76,6 +101,29 @@ def _motion(found: Findings) -> Iterator[Fact]:
         if other:
             yield f"  {name}", f"{other:.4f} s; the plan is {_compared(time / other - 1)}"
     yield "end velocity", f"{_short(found.number('end_velocity_rad_s'))} rad/s, over all joints"
+
+
+def _link_books(found: Findings) -> Iterator[Fact]:
+    """What the network would have been like if it had been made of transputers: virtual time, not this run's."""
+    books = found.table("link_books")
+    if not books:
+        return
+    booked = msgspec.convert(books, Booked)
+    each = ", ".join(
+        f"{time_span(seconds)} to {kind}" for kind, seconds in booked.seconds_each.items()
+    )
+    left_out = booked.rounds - booked.booked
+    yield (
+        f"on {booked.node}",
+        f"{time_span(booked.seconds)} of virtual time for {booked.booked:,} rounds"
+        f"{f' ({left_out:,} not booked)' if left_out else ''}, {each}",
+    )
+    if booked.busiest is not None:
+        yield (
+            f"  {booked.mbaud} Mbaud",
+            f"{booked.frames:,} frames, {booked.bytes:,} bytes; busiest link {booked.busiest[0]} → "
+            f"{booked.busiest[1]}, busy for {booked.utilisation:.1%}",
+        )
 
 
 def _compared(gap: float) -> str:
@@ -97,7 +145,7 @@ def _evaluations(found: Findings) -> str:
 
 def verification_table(checks: list[Mapping[str, object]]) -> Table:
     """The checks of a plan, a line each, good ones green and failed ones red."""
-    table = _table("Verification of the plan")
+    table = new_table("Verification of the plan")
     table.add_column("check")
     table.add_column("found", justify="right")
     table.add_column("limit", justify="right")
@@ -126,10 +174,10 @@ def verdict(found: Findings) -> Text:
 
 def servo_table(servo: ServoResult) -> Table:
     """Errors at the end of replays through a servo, and jerks in the line below."""
-    table = _table(f"Replay through a servo, set-points every {servo.period_ms:g} ms")
-    table.caption = (
+    table = new_table(
+        f"Replay through a servo, set-points every {servo.period_ms:g} ms",
         f"rms jerk: {min(servo.rms_jerk_ratio):.2f} to {max(servo.rms_jerk_ratio):.2f} times "
-        "that of 1.75 ms"
+        "that of 1.75 ms",
     )
     for name in ("torque used", "motion time", "error at its end", "with feed-forward"):
         table.add_column(name, justify="right")
@@ -141,13 +189,6 @@ def servo_table(servo: ServoResult) -> Table:
             *(f"{1000 * error:.3g} mrad" for error in errors),
         )
     return table
-
-
-def _table(title: str) -> Table:
-    return Table(
-        title=title, title_justify="left", title_style="bold", caption_justify="left",
-        caption_style="", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0),
-    )  # fmt: skip
 
 
 def _limit(check: Mapping[str, object]) -> str:

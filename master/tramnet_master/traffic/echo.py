@@ -1,17 +1,14 @@
-"""Frames in words: what ``tramnet echo`` prints of each, arrays cut short."""
+"""Which frames ``tramnet echo`` shows, and what it says of each."""
 
-import msgspec
-from msgspec import Struct
+from collections.abc import Set
+from dataclasses import dataclass
+from typing import Any
 
-from tramnet_protocol.arrays import Array
-from tramnet_protocol.codec import Frame, decode
-from tramnet_protocol.errors import MalformedFrame, ProtocolError
+from tramnet_master.traffic.words import ArrayWords, describe
+from tramnet_protocol.codec import Frame
+from tramnet_protocol.errors import UnknownKey
 from tramnet_protocol.keys import PREFIX, Topic, parse
-from tramnet_protocol.messages import Message
 from tramnet_protocol.sequences import SequenceChecker
-
-SHOWN = 6
-"""Elements of an array that are shown."""
 
 
 def full_pattern(network: str, key: str) -> str:
@@ -19,62 +16,58 @@ def full_pattern(network: str, key: str) -> str:
     return key if key.startswith(f"{PREFIX}/") else f"{PREFIX}/{network}/{key.strip('/')}"
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """The frames to show.
+
+    Attributes:
+        tags: Tags of their messages, or none for all; what is no frame has no tag and is shown only then.
+        trams: TRAMs that made them, are meant by them or stand in their key, or none for all.
+    """
+
+    tags: Set[str] = frozenset()
+    trams: Set[int] = frozenset()
+
+    def covers(self, frame: Frame | None, seats: tuple[int, ...]) -> bool:
+        """Return whether to show a frame, or what is none, that came on a key with these seats."""
+        if frame is None:
+            return not self.tags and (not self.trams or not self.trams.isdisjoint(seats))
+        ends = {frame.header.source, frame.header.destination, *seats}
+        return (not self.tags or frame.header.tag in self.tags) and (
+            not self.trams or not self.trams.isdisjoint(ends)
+        )
+
+
 class Echo:
-    """Turns payloads into plain values, and counts what an observer has missed.
+    """Turns payloads into plain values, and counts what this observer has missed.
+
+    Args:
+        wanted: What to show.
+        run: Number of the run; frames of others are marked ``foreign``. None marks nothing.
+        arrays: What to say of an array.
 
     Attributes:
         missed: Frames that links carried and this observer did not see.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, wanted: Wanted, run: int | None, arrays: ArrayWords) -> None:
         self.missed = 0
+        self._wanted = wanted
+        self._run = run
+        self._arrays = arrays
         self._checkers: dict[str, SequenceChecker] = {}
 
-    def describe(self, key: str, payload: bytes) -> dict[str, object]:
-        """Return a frame as plain values; what is no frame is described as such."""
+    def describe(self, key: str, payload: bytes) -> dict[str, Any] | None:
+        """Return a frame as plain values, or None if it is not wanted; what is no frame is described as such."""
+        frame, values = describe(key, payload, self._arrays)
         try:
-            frame = decode(payload)
-            message: object = _plain(frame.message())
-        except MalformedFrame as error:
-            return {"key": key, "bytes": len(payload), "malformed": str(error)}
-        self._watch(key, frame)
-        header = frame.header
-        return {
-            "key": key,
-            "bytes": len(payload),
-            "tag": header.tag,
-            "from": header.source,
-            "to": header.destination,
-            "epoch": header.epoch,
-            "sequence": header.sequence,
-            "message": message,
-        }
-
-    def _watch(self, key: str, frame: Frame) -> None:
-        try:
-            if parse(key).topic is not Topic.LINK:
-                return
-        except ProtocolError:
-            return
-        checker = self._checkers.setdefault(key, SequenceChecker(from_start=False))
-        self.missed += checker.arrived(frame.header.sequence).missed
-
-
-def _plain(value: Message | object) -> object:
-    if isinstance(value, Array):
-        return _short(value)
-    if isinstance(value, Struct):
-        if value.__struct_config__.array_like:
-            return msgspec.to_builtins(value)
-        return {name: _plain(getattr(value, name)) for name in value.__struct_fields__}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value
-
-
-def _short(array: Array) -> dict[str, object]:
-    try:
-        first = array.unpack().reshape(-1)[:SHOWN].tolist()
-    except ProtocolError as error:
-        first = str(error)
-    return {"dtype": array.dtype, "shape": list(array.shape), "first": first}
+            topic, seats = parse(key)[1:]
+        except UnknownKey:
+            topic, seats = None, ()
+        if frame is not None:
+            if topic is Topic.LINK:
+                checker = self._checkers.setdefault(key, SequenceChecker(from_start=False))
+                self.missed += checker.arrived(frame.header.sequence).missed
+            if self._run is not None and frame.header.run != self._run:
+                values["foreign"] = True
+        return values if self._wanted.covers(frame, seats) else None

@@ -8,14 +8,20 @@ come with it. The answers are the same bits either way.
 
 import time
 from collections.abc import Mapping
-from typing import Annotated
 
 import msgspec
 import numpy as np
-from msgspec import Meta, Struct
+from msgspec import Struct
 
 from tramnet_protocol.arrays import Array
-from tramnet_protocol.messages import Evolve, Outcome, PopulationMeans, PopulationSnapshot, Work
+from tramnet_protocol.messages import (
+    Evolve,
+    Outcome,
+    PopulationMeans,
+    PopulationSnapshot,
+    Word,
+    Work,
+)
 from tramnet_workers.errors import InvalidParameters, UnsuitableWork
 from tramnet_workers.evolution.coupling import CoupledProblem
 from tramnet_workers.evolution.population import Advance, Floats, PopulationState
@@ -39,8 +45,8 @@ class Colony(Struct, frozen=True, forbid_unknown_fields=True):
     problem: str
     parameters: dict[str, object]
     genetic: dict[str, object]
-    seed: Annotated[int, Meta(ge=0, lt=2**63)]
-    stream: Annotated[int, Meta(ge=0, lt=2**63)]
+    seed: Word
+    stream: Word
 
     def plain(self) -> dict[str, object]:
         """Return it as plain values, for the wire."""

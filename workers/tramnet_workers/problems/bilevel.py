@@ -9,18 +9,23 @@ Inner links at least as long as outer ones (HC) is a matter of variables: the le
 increments that are not negative, from the last link inwards.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple, Self
 
 import cma
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_workers.errors import InvalidTask
+from tramnet_workers.errors import InvalidParameters, InvalidTask
 from tramnet_workers.kernels.poses import best_poses
 from tramnet_workers.problems.design_task import DesignTask
 
 Floats = NDArray[np.float64]
+
+NAME = "crank-links"
 
 _FINE = (360, 40)  # samples and steps of the inner search where the result counts
 _COARSE = (36, 16)  # and where it is repeated a thousand times
@@ -43,8 +48,8 @@ class Worth(NamedTuple):
 
     @property
     def mean(self) -> float:
-        """Mean dexterity."""
-        return float(self.dexterity.mean())
+        """Mean dexterity, by an exact sum."""
+        return math.fsum(self.dexterity.tolist()) / len(self.dexterity)
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,120 @@ def worth(task: DesignTask, lengths: Floats, base: Floats, inner: tuple[int, int
     return Worth(np.maximum(dexterity, 0.0), joints, _shortfall(lengths, points))
 
 
+@dataclass(frozen=True, eq=False)
+class LinkDesign:
+    """Link lengths, and the base if it is free, as a problem: three to five variables and exact inner poses.
+
+    The objective is minus the mean dexterity, plus what is missing where the arm does not reach.
+
+    Attributes:
+        task: The task.
+        given_base: Where the arm stands if the base is not free, of shape (2,) [m].
+    """
+
+    task: DesignTask
+    given_base: Floats
+
+    @classmethod
+    def of(cls, task: DesignTask) -> Self:
+        """Return the problem of a task."""
+        return cls(task, np.array(task.base.position, dtype=np.float64))
+
+    @property
+    def name(self) -> str:
+        """Name in the registry."""
+        return NAME
+
+    @property
+    def genome_shape(self) -> tuple[int, ...]:
+        """Shape of a vector of variables."""
+        return (5,) if self.task.base.free else (3,)
+
+    @property
+    def genome_dtype(self) -> np.dtype[np.generic]:
+        """Element type of a variable."""
+        return np.dtype(np.float64)
+
+    @property
+    def evaluations_each(self) -> int:
+        """Evaluations of one arm at one task point that a vector takes."""
+        return 2 * (sum(_COARSE) + 2) * len(self.task.stations)
+
+    @cached_property
+    def start(self) -> Floats:
+        """Variables to begin with: links that reach a fifth beyond the farthest point."""
+        base = self.given_base
+        if self.task.base.free:
+            base = 0.5 * (np.array(self.task.base.lower) + np.array(self.task.base.upper))
+        return self.variables(np.full(3, 1.2 * self._reach(base) / 3.0), base)
+
+    @property
+    def first_step(self) -> float:
+        """Standard deviation to begin with [m]."""
+        return 0.3 * self._reach(self.arm(self.start)[1]) / 3.0
+
+    def evaluate(self, genomes: NDArray[np.generic]) -> Floats:
+        """Return the objectives of vectors of shape (n, variables), of shape (n,)."""
+        vectors = genomes.astype(np.float64, copy=False)
+        return np.array([self.objective(x) for x in vectors], dtype=np.float64)
+
+    def objective(self, x: Floats) -> float:
+        """Return the objective of one vector."""
+        lengths, base = self.arm(x)
+        found = worth(self.task, lengths, base, _COARSE)
+        outside = math.fsum(np.maximum(-x[:3], 0.0).tolist())
+        return found.shortfall + outside - found.mean
+
+    def variables(self, lengths: Floats, base: Floats) -> Floats:
+        """Return the variables that stand for an arm."""
+        x = np.asarray(lengths, dtype=np.float64)[::-1]
+        if self._ordered:
+            x = np.concatenate([x[:1], np.diff(x)])
+        return np.concatenate([x, base]) if self.task.base.free else x
+
+    def arm(self, x: Floats) -> tuple[Floats, Floats]:
+        """Return link lengths and base; what is negative counts as nothing."""
+        increments = np.maximum(x[:3], [_SHORTEST, 0.0, 0.0] if self._ordered else _SHORTEST)
+        lengths = np.cumsum(increments) if self._ordered else increments
+        if not self.task.base.free:
+            return lengths[::-1], self.given_base
+        return lengths[::-1], np.clip(x[3:], self.task.base.lower, self.task.base.upper)
+
+    def found(self, x: Floats, evaluations: int) -> Search:
+        """Return what is found at x."""
+        lengths, base = self.arm(x)
+        return Search(
+            tuple(map(float, lengths)),
+            (float(base[0]), float(base[1])),
+            worth(self.task, lengths, base).mean,
+            evaluations,
+        )
+
+    def parameters(self) -> dict[str, object]:
+        """Return plain values, for the wire."""
+        return {"task": self.task.parameters()}
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, object]) -> Self:
+        """Rebuild a problem from what ``parameters`` returned.
+
+        Raises:
+            InvalidParameters: They are no such values.
+            InvalidTask: The task is wrong, or its arm has not three revolute joints alone.
+        """
+        match parameters:
+            case {"task": Mapping() as task} if len(parameters) == 1:
+                return cls.of(DesignTask.from_parameters(task))
+        raise InvalidParameters(NAME, f"found {sorted(parameters)}, expected a task")
+
+    @property
+    def _ordered(self) -> bool:
+        return self.task.weights.get("hc", 1.0) > 0.0
+
+    def _reach(self, base: Floats) -> float:
+        return float(np.sqrt(((self.task.points - base) ** 2).sum(axis=1)).max())
+
+
 def polish(task: DesignTask, lengths: Floats, base: Floats) -> Search:
     """Improve link lengths by a compass search (Kolda, Lewis & Torczon 2003) with exact poses.
 
@@ -94,18 +213,39 @@ def polish(task: DesignTask, lengths: Floats, base: Floats) -> Search:
         lengths: Link lengths to begin with, of shape (3,) [m].
         base: Base position, of shape (2,) [m].
     """
-    objective = _Objective(task, base, free_base=False)
-    x = objective.variables(lengths, base)
-    best, step = objective(x), _FIRST_STEP
+    fixed = replace(task, base=replace(task.base, free=False))
+    problem, evaluations = LinkDesign(fixed, np.asarray(base, dtype=np.float64)), 1
+    x = problem.variables(lengths, base)
+    best, step = problem.objective(x), _FIRST_STEP
     while step > _LAST_STEP:
         trials = [x + step * direction for direction in _directions(len(x))]
-        values = [objective(trial) for trial in trials]
+        values = [problem.objective(trial) for trial in trials]
+        evaluations += len(trials)
         i = int(np.argmin(values))
         if values[i] < best:
             x, best = trials[i], values[i]
         else:
             step *= 0.5
-    return objective.result(x)
+    return problem.found(x, evaluations * problem.evaluations_each)
+
+
+def strategy_for(problem: LinkDesign, seed: int) -> cma.CMAEvolutionStrategy:
+    """Return CMA-ES (Hansen) about to search the variables of a problem.
+
+    Args:
+        problem: The problem.
+        seed: Seed of its random numbers.
+    """
+    rng = np.random.default_rng(seed)
+    options = {
+        # Its own generator, so that nobody's random numbers depend on another's.
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "seed": np.nan,
+        "verbose": -9,
+        "tolx": 1e-7,
+        "tolfun": 1e-9,
+    }
+    return cma.CMAEvolutionStrategy(problem.start, problem.first_step, options)
 
 
 def run_bilevel(task: DesignTask, budget: int, seed: int) -> Search:
@@ -116,76 +256,18 @@ def run_bilevel(task: DesignTask, budget: int, seed: int) -> Search:
         budget: Evaluations of one arm at one task point, at most.
         seed: Seed of the run.
     """
-    base = np.array(task.base.position)
-    if task.base.free:
-        base = 0.5 * (np.array(task.base.lower) + np.array(task.base.upper))
-    objective = _Objective(task, base, free_base=task.base.free)
-    reach = np.sqrt(((task.points - base) ** 2).sum(axis=1)).max()
-    x = objective.variables(np.full(3, 1.2 * reach / 3.0), base)
-    rng = np.random.default_rng(seed)
-    strategy = cma.CMAEvolutionStrategy(
-        x,
-        0.3 * reach / 3.0,
-        {
-            # Its own generator, so that nobody's random numbers depend on another's.
-            "randn": lambda *shape: rng.standard_normal(shape),
-            "seed": np.nan,
-            "verbose": -9,
-            "tolx": 1e-7,
-            "tolfun": 1e-9,
-        },
-    )
-    best, found = np.inf, x
-    while not strategy.stop() and objective.evaluations < budget:
+    problem, evaluations = LinkDesign.of(task), 0
+    strategy = strategy_for(problem, seed)
+    best, found = np.inf, problem.start
+    while not strategy.stop() and evaluations < budget:
         candidates = strategy.ask()
-        values = [objective(candidate) for candidate in candidates]
+        values = problem.evaluate(np.array(candidates)).tolist()
+        evaluations += len(values) * problem.evaluations_each
         strategy.tell(candidates, values)
         i = int(np.argmin(values))
         if values[i] < best:
             best, found = values[i], candidates[i]
-    return objective.result(np.asarray(found))
-
-
-class _Objective:
-    """Minus the mean dexterity, plus what is missing where the arm does not reach."""
-
-    def __init__(self, task: DesignTask, base: Floats, *, free_base: bool) -> None:
-        self._task, self._base, self._free_base = task, base, free_base
-        self._ordered = task.weights.get("hc", 1.0) > 0.0
-        self.evaluations = 0
-
-    def variables(self, lengths: Floats, base: Floats) -> Floats:
-        """Return the variables that stand for an arm."""
-        x = np.asarray(lengths, dtype=np.float64)[::-1]
-        if self._ordered:
-            x = np.concatenate([x[:1], np.diff(x)])
-        return np.concatenate([x, base]) if self._free_base else x
-
-    def arm(self, x: Floats) -> tuple[Floats, Floats]:
-        """Return link lengths and base; what is negative counts as nothing."""
-        increments = np.maximum(x[:3], [_SHORTEST, 0.0, 0.0] if self._ordered else _SHORTEST)
-        lengths = np.cumsum(increments) if self._ordered else increments
-        if not self._free_base:
-            return lengths[::-1], self._base
-        return lengths[::-1], np.clip(x[3:], self._task.base.lower, self._task.base.upper)
-
-    def __call__(self, x: Floats) -> float:
-        """Return the value, to be minimised."""
-        lengths, base = self.arm(x)
-        found = worth(self._task, lengths, base, _COARSE)
-        self.evaluations += 2 * (sum(_COARSE) + 2) * len(found.dexterity)
-        outside = np.maximum(-x[:3], 0.0).sum()
-        return float(found.shortfall + outside - found.mean)
-
-    def result(self, x: Floats) -> Search:
-        """Return what is found at x."""
-        lengths, base = self.arm(x)
-        return Search(
-            tuple(map(float, lengths)),
-            (float(base[0]), float(base[1])),
-            worth(self._task, lengths, base).mean,
-            self.evaluations,
-        )
+    return problem.found(np.asarray(found), evaluations)
 
 
 def _shortfall(lengths: Floats, points: Floats) -> float:
@@ -193,7 +275,7 @@ def _shortfall(lengths: Floats, points: Floats) -> float:
     total, longest = lengths.sum(), lengths.max()
     missing = np.maximum(distances - total, 0.0)
     missing += np.maximum(2.0 * longest - total - distances, 0.0)
-    return float(missing.mean())
+    return math.fsum(missing.tolist()) / len(missing)
 
 
 def _directions(n: int) -> Floats:

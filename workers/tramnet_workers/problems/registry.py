@@ -23,6 +23,7 @@ Builder = Callable[[Mapping[str, object]], object]
 _BUILT_IN: Mapping[str, str] = {
     "sphere": "tramnet_workers.problems.sphere:Sphere.from_parameters",
     "crank": "tramnet_workers.problems.designs:build_design",
+    "crank-links": "tramnet_workers.problems.bilevel:LinkDesign.from_parameters",
     "line-tracking": "tramnet_workers.problems.line_tracking:LineTracking.from_parameters",
     "puma560-grid": "tramnet_workers.problems.grid_motion:GridMotion.from_parameters",
     "puma560-smooth": "tramnet_workers.problems.smooth_motion:SmoothMotion.from_parameters",

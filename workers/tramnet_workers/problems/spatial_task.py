@@ -5,7 +5,7 @@ zero links. Link lengths are genes, the twists of the arm's template stay.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import NamedTuple, Self
 
 import msgspec
@@ -50,6 +50,7 @@ class SpatialTask:
         base_upper: Largest ones, equal to the smallest where the base is given [m].
         weights: Weights of eq (4) by name that replace those of the settings.
         scale: Length that makes an angle comparable to a distance [m].
+        bits: Bits of a gene.
     """
 
     points: tuple[Triple, ...] = field(default_factory=_crank_points)
@@ -61,6 +62,7 @@ class SpatialTask:
     base_upper: Triple = (0.2, 0.2, 0.2)
     weights: Mapping[str, float] = field(default_factory=dict)
     scale: float = 0.3
+    bits: int = 10
 
     def __post_init__(self) -> None:
         if not self.points:
@@ -80,6 +82,10 @@ class SpatialTask:
             if not self.base_lower[i] <= self.base_upper[i]:
                 expected = f"at most base_upper[{i}] = {self.base_upper[i]}"
                 raise InvalidTask(f"base_lower[{i}]", f"{self.base_lower[i]}", expected)
+        if not 0.0 < self.scale < np.inf:
+            raise InvalidTask("scale", f"{self.scale}", "a finite length above 0 m")
+        if not 5 <= self.bits <= 16:
+            raise InvalidTask("bits", f"{self.bits}", "a whole number from 5 to 16")
         check_weights(self.weights)
 
     @property
@@ -155,7 +161,8 @@ def spatial_stage(task: SpatialTask, settings: MpgaSettings) -> Stage:
         fixed=np.zeros((0, len(task.designed) + 3 + n)),
         model=task.model,
     )
-    return Stage(Step.DESIGN, problem, settings.genetic, np.arange(float(t)))
+    genetic = replace(settings.genetic, bits=task.bits)
+    return Stage(Step.DESIGN, problem, genetic, np.arange(float(t)))
 
 
 class SpatialFound(NamedTuple):
