@@ -11,7 +11,6 @@ from tramnet_master.reports.style import (
     GREY,
     ORANGE,
     VERMILION,
-    legend_below,
     new_figure,
 )
 from tramnet_master.simulation.prediction import Prediction
@@ -34,8 +33,8 @@ def draw_scaling(prediction: Prediction) -> Figure:
     _draw_shares(right, prediction)
     for axes in (left, right):
         axes.set_xlabel("workers")
+        axes.legend(loc="best")
         _powers_of_two(axes, [point.workers for point in prediction.points])
-    legend_below(figure, [left, right])
     return figure
 
 
