@@ -47,8 +47,11 @@ Workers: TypeAlias = Annotated[
 ]  # fmt: skip
 Topology: TypeAlias = Annotated[
     str,
-    typer.Option(envvar="TRAMNET_TOPOLOGY", rich_help_panel=_FARM, help="Shape of the network."),
-]
+    typer.Option(
+        envvar="TRAMNET_TOPOLOGY", rich_help_panel=_FARM,
+        help="Shape of the network: star, pipeline, ring, tree, grid, torus, hypercube or LINKS.toml.",
+    ),
+]  # fmt: skip
 Network: TypeAlias = Annotated[
     str | None,
     typer.Option(
@@ -127,5 +130,54 @@ CheckpointSeconds: TypeAlias = Annotated[
     typer.Option(
         min=0.0, envvar="TRAMNET_CHECKPOINT_SECONDS", rich_help_panel=_RUN,
         help="Seconds between checkpoints.",
+    ),
+]  # fmt: skip
+Node: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        envvar="TRAMNET_NODE", rich_help_panel=_FARM,
+        help="Machine of the 1990s to keep link books for, in virtual time: t805-25, or none.",
+    ),
+]  # fmt: skip
+Pace: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--pace", envvar="TRAMNET_PACE", rich_help_panel=_FARM,
+        help="Let frames really take as long as on a transputer's links, to show it.",
+    ),
+]  # fmt: skip
+Mbaud: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        envvar="TRAMNET_MBAUD", rich_help_panel=_FARM,
+        help="Speed of a transputer's links: 5, 10 or 20.",
+    ),
+]  # fmt: skip
+CheckpointGenerations: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        min=0, envvar="TRAMNET_CHECKPOINT_GENERATIONS", rich_help_panel=_RUN,
+        help="Generations between checkpoints; 0 goes by time.",
+    ),
+]  # fmt: skip
+Deadline: TypeAlias = Annotated[
+    float,
+    typer.Option(
+        min=0.01, envvar="TRAMNET_DEADLINE", rich_help_panel=_FARM,
+        help="Seconds any chunk may take; more where ten times its measured cost is more.",
+    ),
+]  # fmt: skip
+WorkerMemory: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        min=0, envvar="TRAMNET_WORKER_MEMORY", rich_help_panel=_FARM,
+        help="Memory a local worker may have in MiB; 0 for any.",
+    ),
+]  # fmt: skip
+Tls: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="TRAMNET_TLS", rich_help_panel=_FARM,
+        help="Folder with this host's certificate and key; see `tramnet certificates`.",
     ),
 ]  # fmt: skip

@@ -45,6 +45,36 @@ class Messages(Struct, frozen=True):
     received_bytes: int
 
 
+class Booked(Struct, frozen=True):
+    """The link books in a few numbers, all of virtual time.
+
+    Attributes:
+        node: What would have computed.
+        mbaud: Speed of its links [Mbaud].
+        rounds: Rounds of the run: generations or steps.
+        booked: Of these, how many were booked; all numbers below are of these alone.
+        seconds_each: Time of a slot (individual, population or point) there, by kind of work [s].
+        seconds: Time there, without what the root does between two rounds [s].
+        computing_seconds: Compute time of all workers, added up [s].
+        frames: Messages on links; one over three links counts three times.
+        bytes: Modelled bytes on links, counted likewise [B].
+        busiest: The directed link that was busy longest, None where nothing passed.
+        utilisation: Share of the time for which it was.
+    """
+
+    node: str
+    mbaud: int
+    rounds: int
+    booked: int
+    seconds_each: dict[str, float]
+    seconds: float
+    computing_seconds: float
+    frames: int
+    bytes: int
+    busiest: tuple[int, int] | None
+    utilisation: float
+
+
 class Result(Struct, frozen=True, kw_only=True):
     """What every run writes.
 
@@ -66,6 +96,8 @@ class Result(Struct, frozen=True, kw_only=True):
         final_population_sha256: Hash of the last population, genomes and objectives.
         paper: The paper's figure for the same quantity, None where it has none.
         versions: Versions of what computed it.
+        link_books: What the network would have been like if it had been made of transputers, in virtual time; None
+            where no books were kept.
         messages: What the root sent and received since it started, by the tag of ``protocol/README.md``.
     """
 
@@ -87,6 +119,7 @@ class Result(Struct, frozen=True, kw_only=True):
     paper: float | None
     versions: dict[str, str]
     messages: dict[str, Messages] = {}
+    link_books: Booked | None = None
 
 
 class Check(Struct, frozen=True):

@@ -8,6 +8,7 @@ trajectory.csv    the plan, in steps of 0.5 ms or finer (``trajectories``), or t
                   point (``tracked_paths``); trajectory-<name>.csv where there are several scenes
 nodes.csv         the plan's nodes
 straight_line.csv the straight line, timed optimally, to compare the plan with
+links.csv         what the links of a transputer machine would have carried (``traffic/totals``)
 servo-*.csv       the plan replayed through a servo
 design.json       the arm that was designed, with its poses
 arm.urdf          the arm for simulators and planners
@@ -45,6 +46,7 @@ LOG = "log.jsonl"
 TRAJECTORY = "trajectory.csv"
 NODES = "nodes.csv"
 STRAIGHT_LINE = "straight_line.csv"
+LINKS = "links.csv"
 RESULT = "result.json"
 SERVO = "servo-{period}ms.csv"
 DESIGN = "design.json"
@@ -57,7 +59,7 @@ _SCENE_TRAJECTORY = "trajectory-{name}.csv"
 
 _OF_MOTIONS = (TRAJECTORY, _SCENE_TRAJECTORY.format(name="*"), NODES, STRAIGHT_LINE, "servo-*.csv")
 _OF_DESIGNS = (DESIGN, ARM_URDF, ARM_TABLE, POPULATIONS, MOTION, VIOLATIONS)
-_OURS = (RUN, HISTORY, RESULT, *_OF_MOTIONS, *_OF_DESIGNS)
+_OURS = (RUN, HISTORY, LINKS, RESULT, *_OF_MOTIONS, *_OF_DESIGNS)
 _OUR_FIGURES = (
     "objective",
     "position",
@@ -79,6 +81,7 @@ _OUR_FIGURES = (
     "planned_poses",
     "configurations",
     "null_motion",
+    "dexterity",
     "constraints",
 )
 _HEAD = b"# A run of tramnet: everything needed to repeat it.\n\n"

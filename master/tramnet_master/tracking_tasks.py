@@ -148,6 +148,8 @@ class TaskBuilder:
             return "arm.dh" if self.tables.arm.urdf is None else "arm.urdf"
         if root in ("path", "points"):
             return self._path_field
+        if root == "step" and not isinstance(self.tables.limits.step_deg, list):
+            return self.names(_FIELDS[root])  # one for all joints
         return f"{self.names(_FIELDS[root])}{bracket}{index}"
 
     def _hint(self, error: InvalidTask) -> str:

@@ -33,3 +33,15 @@ def closest(word: str, words: Collection[str]) -> str | None:
     """The one of ``words`` that was probably meant, or None."""
     found = difflib.get_close_matches(word, list(words), n=1, cutoff=0.6)
     return found[0] if found else None
+
+
+def time_span(seconds: float) -> str:
+    """A time in the unit that suits it: ``4.2 us``, ``31.1 ms``, ``86.9 s``, ``15.9 min``, ``2.5 h``."""
+    if seconds >= 7200.0:
+        return f"{seconds / 3600:.1f} h"
+    if seconds >= 120.0:
+        return f"{seconds / 60:.1f} min"
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds * 1e6:.3g} us"

@@ -22,10 +22,13 @@ class ReceiveCredit:
 
     Args:
         limit: Bytes that may wait from one source [B]; one message may be larger when none waits.
+
+    Attributes:
+        limit: As above; it may change.
     """
 
     def __init__(self, limit: int = RECEIVE_BYTES) -> None:
-        self._limit = limit
+        self.limit = limit
         self._lock = threading.Lock()
         self._waiting: dict[str, int] = {}  # source -> bytes that wait, never 0
         self._messages: Counter[str] = Counter()  # source -> messages that wait
@@ -53,7 +56,7 @@ class ReceiveCredit:
         cost = size + MESSAGE_COST
         with self._lock:
             waiting = self._waiting.get(source, 0)
-            if waiting and waiting + cost > self._limit:
+            if waiting and waiting + cost > self.limit:
                 self._dropped[source] = self._dropped.get(source, 0) + 1
                 return False
             self._waiting[source] = waiting + cost

@@ -7,8 +7,10 @@
     - BadMessage: a message that MessagePack cannot hold
     - MessageTooLarge: a payload above the limit
     - BadTopology: a shape that is unknown or cannot join these TRAMs
+    - BadLink: a link that no transputer has
     - BadEndpoint: an endpoint that cannot be listened on
       · AddressInUse: somebody listens there already
+    - BadCredentials: certificates, a key or a list of seats that cannot be used
     - ChannelClosed: the channel was closed before
   + RemoteProtocolError: another side misbehaved, or is not there
     - MalformedFrame: bytes that are no frame of ours
@@ -19,6 +21,8 @@
 
 Each message says what was found, what was expected and, where there is one, what would work.
 """
+
+from pathlib import Path
 
 
 class ProtocolError(Exception):
@@ -65,6 +69,16 @@ class BadTopology(LocalProtocolError):
     """A shape that is unknown, or that cannot join these TRAMs."""
 
 
+class BadLink(LocalProtocolError):
+    """A link that no transputer has."""
+
+    def __init__(self, mbaud: int, switches: int, speeds: tuple[int, ...]) -> None:
+        known = ", ".join(map(str, speeds))
+        super().__init__(
+            f"found a link of {mbaud} Mbaud with {switches} switches; expected {known} Mbaud and 0 or more"
+        )
+
+
 class BadEndpoint(LocalProtocolError):
     """An endpoint that cannot be listened on.
 
@@ -86,6 +100,18 @@ class AddressInUse(BadEndpoint):
             f"somebody listens at {endpoint} already; stop that process, or choose another "
             "address (port 0 takes a free one)",
         )
+
+
+class BadCredentials(LocalProtocolError):
+    """Certificates, a key or a list of seats that cannot be used.
+
+    Attributes:
+        path: The file or folder.
+    """
+
+    def __init__(self, path: Path, message: str) -> None:
+        super().__init__(f"{path}: {message}; see docs/security.md")
+        self.path = path
 
 
 class ChannelClosed(LocalProtocolError):

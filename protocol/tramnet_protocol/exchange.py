@@ -9,12 +9,14 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import NamedTuple
 
-from tramnet_protocol.codec import MESSAGES, Frame, Header, decode, encode, tag_of
+import msgspec
+
+from tramnet_protocol.codec import MESSAGES, Frame, Header, decode, encode, encode_raw, tag_of
 from tramnet_protocol.errors import MalformedFrame, ProtocolError, UnknownKey
 from tramnet_protocol.keys import Keys, parse
 from tramnet_protocol.messages import MAX_WORD, LinkCounters, Message, TagCounters, Wiring
+from tramnet_protocol.routes import Routes
 from tramnet_protocol.sequences import SequenceChecker, SequenceCounter
-from tramnet_protocol.topology import graph_of
 
 NOTHING_WAITS: Mapping[str, int] = MappingProxyType({})
 
@@ -76,33 +78,39 @@ class Exchange:
     Attributes:
         identity: Who the node is.
         malformed: Payloads that were no frames.
-        foreign: Frames of other runs, or for other TRAMs or incarnations.
+        foreign: Frames of other runs, or for other incarnations.
+        stranded: Frames not passed on, for their next TRAM is gone.
+        routes: The wirings it knows.
     """
 
     def __init__(self, keys: Keys, identity: Identity, wiring: Wiring) -> None:
         self.identity = identity
         self.malformed = 0
         self.foreign = 0
+        self.stranded = 0
+        self.routes = Routes(identity.seat, wiring)
         self._keys = keys
         self._numbers = SequenceCounter()
         self._sent: dict[int, _Outgoing] = {}  # by TRAM
         self._received: dict[str, _Incoming] = {}  # by key, so that a key is parsed once
         self._tags: dict[str, _Tag] = {tag: _Tag() for tag in sorted(MESSAGES)}
-        self.rewire(wiring)
 
     @property
     def wiring(self) -> Wiring:
-        """The wiring in force."""
-        return self._wiring
+        """The newest wiring."""
+        return self.routes.wiring
 
     def rewire(self, wiring: Wiring) -> None:
-        """Route by another wiring from now on.
+        """Send by a newer wiring from now on; links to seats that others have taken begin anew.
 
         Raises:
             BadTopology: A link of it joins a TRAM that is not live.
         """
-        self._next_hops = graph_of(wiring).next_hops(self.identity.seat)
-        self._wiring = wiring
+        before = self.wiring.incarnations
+        self.routes.adopt(wiring)
+        for seat, incarnation in wiring.incarnations.items():
+            if before.get(seat) != incarnation:
+                self._forget(seat)
 
     def outgoing(self, destination: tuple[int, int], message: Message) -> tuple[str, bytes]:
         """Return link topic and payload of a message to a TRAM.
@@ -116,29 +124,46 @@ class Exchange:
             BadMessage: The message holds something that may not travel.
         """
         seat, incarnation = destination
-        hop = self._next_hops.get(seat, seat)
+        step = self.routes.step(self.wiring.epoch, seat)
+        assert step is not None, f"TRAM {seat} is not wired in"
         header = Header(
             run=self.identity.run,
-            epoch=self._wiring.epoch,
+            epoch=step.epoch,
             source=self.identity.seat,
             source_incarnation=self.identity.incarnation,
             destination=seat,
             destination_incarnation=incarnation,
-            sequence=self._numbers.take(hop),
+            sequence=self._numbers.take(step.hop),
         )
         payload = encode(header, message)
-        link = self._sent.get(hop)
-        if link is None:
-            link = self._sent[hop] = _Outgoing(self._keys.link(self.identity.seat, hop))
-        link.frames += 1
-        link.bytes += len(payload)
         tag = self._tags[tag_of(message)]
         tag.sent += 1
         tag.sent_bytes += len(payload)
-        return link.key, payload
+        return self._count(step.hop, payload), payload
+
+    def forward(self, key: str, frame: Frame) -> tuple[str, bytes] | None:
+        """Return link topic and payload of a frame for another TRAM, or None where its next TRAM is gone.
+
+        The body is passed on unread. Only the number changes, and the epoch where it is older than all known here.
+
+        Args:
+            key: The link topic it came on.
+            frame: A frame whose wiring is known.
+        """
+        step = self.routes.step(frame.header.epoch, frame.header.destination)
+        if step is None:
+            self.stranded += 1
+            self.drop(key)
+            return None
+        number = self._numbers.take(step.hop)
+        header = msgspec.structs.replace(frame.header, epoch=step.epoch, sequence=number)
+        payload = encode_raw(header, frame.body)
+        return self._count(step.hop, payload), payload
 
     def incoming(self, key: str, payload: bytes) -> Frame | None:
         """Return the frame that arrived on a link, or None for one that is counted and dropped.
+
+        It may be for another TRAM: see ``is_ours`` and ``forward``.
 
         Args:
             key: The link topic.
@@ -160,15 +185,30 @@ class Exchange:
         link.frames += 1
         link.bytes += len(payload)
         link.checker.arrived(frame.header.sequence)
-        if not self._is_ours(frame.header):
+        if not self._is_valid(frame.header):
             self.foreign += 1
             link.dropped += 1
             return None
         tag = self._tags.get(frame.header.tag)
-        if tag is not None:
+        if tag is not None and self.is_ours(frame):
             tag.received += 1
             tag.received_bytes += len(payload)
         return frame
+
+    def is_ours(self, frame: Frame) -> bool:
+        """Return whether a frame is for this node, not to be passed on."""
+        return frame.header.destination == self.identity.seat
+
+    def is_for_this_life(self, header: Header) -> bool:
+        """Return whether a frame is for this node and its present incarnation."""
+        return (
+            header.destination == self.identity.seat
+            and header.destination_incarnation == self.identity.incarnation
+        )
+
+    def drop(self, key: str) -> None:
+        """Count a frame as dropped that came on a link and goes no further."""
+        self._received[key].dropped += 1
 
     def counters(self, waiting: Mapping[str, int] = NOTHING_WAITS) -> Iterator[LinkCounters]:
         """Yield the counters of every link this node has sent or received on.
@@ -194,8 +234,17 @@ class Exchange:
                     tag, seen.sent, seen.sent_bytes, seen.received, seen.received_bytes
                 )
 
-    def forget(self, seat: int) -> None:
-        """Begin the link with a TRAM anew: another worker will take that seat."""
+    def _count(self, hop: int, payload: bytes) -> str:
+        """Count a frame that is sent, and return the topic of its link."""
+        link = self._sent.get(hop)
+        if link is None:
+            link = self._sent[hop] = _Outgoing(self._keys.link(self.identity.seat, hop))
+        link.frames += 1
+        link.bytes += len(payload)
+        return link.key
+
+    def _forget(self, seat: int) -> None:
+        """Begin the link with a TRAM anew: another worker has taken that seat."""
         link = self._received.get(self._keys.link(seat, self.identity.seat))
         if link is not None:
             link.checker = SequenceChecker(from_start=False)
@@ -205,9 +254,8 @@ class Exchange:
         self.malformed += 1
         _log.warning("dropped a frame on %s: %s", key[:120], error)
 
-    def _is_ours(self, header: Header) -> bool:
-        return (
-            header.run == self.identity.run
-            and header.destination == self.identity.seat
-            and header.destination_incarnation == self.identity.incarnation
+    def _is_valid(self, header: Header) -> bool:
+        """Return whether a frame is of this run and, if for this seat, for who sits here now."""
+        return header.run == self.identity.run and (
+            header.destination != self.identity.seat or self.is_for_this_life(header)
         )

@@ -8,7 +8,7 @@ import queue
 from collections.abc import Mapping
 from typing import Generic, TypeVar
 
-from tramnet_protocol.credit import ReceiveCredit
+from tramnet_protocol.credit import RECEIVE_BYTES, ReceiveCredit
 
 Item = TypeVar("Item")
 
@@ -30,6 +30,10 @@ class Inbox(Generic[Item]):
         """Messages that wait now, by source."""
         return self._credit.waiting
 
+    def widen(self, n_trams: int) -> None:
+        """Let each link bring the credit of so many TRAMs, all that may send through it."""
+        self._credit.limit = RECEIVE_BYTES * max(1, n_trams)
+
     def put(self, item: Item) -> None:
         """Enqueue something of this process's own."""
         self._queue.put(("", 0, item))
@@ -42,8 +46,23 @@ class Inbox(Generic[Item]):
             size: Length of its payload [B].
             item: What to enqueue.
         """
-        if self._credit.admit(source, size):
+        self.offer(source, size, item)
+
+    def offer(self, source: str, size: int, item: Item) -> bool:
+        """Enqueue a message from the network if its source has credit left.
+
+        Args:
+            source: Key of the message.
+            size: Length of its payload [B].
+            item: What to enqueue.
+
+        Returns:
+            Whether it was enqueued.
+        """
+        admitted = self._credit.admit(source, size)
+        if admitted:
             self._queue.put((source, size, item))
+        return admitted
 
     def get(self, timeout: float) -> Item | None:
         """Take the next item out, or None if there is none in time.

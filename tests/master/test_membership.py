@@ -1,8 +1,10 @@
 import pytest
 
 from tramnet_master.farm.events import Tram
-from tramnet_master.farm.membership import EXPECTED_FOR, Membership
-from tramnet_protocol.messages import JoinRequest, Stats
+from tramnet_master.farm.membership import EXPECTED_FOR, SILENCE, Membership
+from tramnet_protocol.errors import BadTopology
+from tramnet_protocol.messages import JoinRequest, Stats, Wiring
+from tramnet_protocol.topology import shape_named
 
 
 def request(pid: int = 7) -> JoinRequest:
@@ -15,20 +17,28 @@ def stats(tram: Tram) -> Stats:
 
 @pytest.fixture
 def membership() -> Membership:
-    return Membership("star", root_incarnation=99)
+    return Membership(shape_named("star"), root_incarnation=99)
 
 
 def test_workers_take_the_lowest_free_seats(membership):
     first, second = membership.admit(request(), 0.0), membership.admit(request(), 0.0)
 
     assert (first.tram, second.tram) == (Tram(1, 1), Tram(2, 2))
-    assert membership.wiring.edges == ((0, 1), (0, 2))
-    assert membership.wiring.incarnations == {0: 99, 1: 1, 2: 2}
+
+
+def test_a_worker_is_wired_in_by_its_token_not_while_it_still_compiles(membership):
+    membership.admit(request(), 0.0)
+    membership.admit(request(), 0.0)
+
+    membership.appeared(2, 0.5)
+
+    assert membership.rewire().edges == ((0, 2),)
+    assert membership.wiring.incarnations == {0: 99, 2: 2}
 
 
 def test_a_seat_is_free_again_only_when_its_token_is_gone(membership):
     membership.admit(request(), 0.0)
-    membership.appeared(1)
+    membership.appeared(1, 0.5)
 
     lost = membership.vanished(1)
     successor = membership.admit(request(), 1.0)
@@ -37,29 +47,61 @@ def test_a_seat_is_free_again_only_when_its_token_is_gone(membership):
     assert successor.tram == Tram(1, 2)
 
 
-def test_each_change_is_a_new_epoch(membership):
-    epochs = [membership.wiring.epoch]
+def test_each_wiring_is_a_new_epoch(membership):
     membership.admit(request(), 0.0)
-    epochs.append(membership.wiring.epoch)
-    membership.appeared(1)
+    membership.appeared(1, 0.5)
+    first = membership.rewire()
     membership.vanished(1)
-    epochs.append(membership.wiring.epoch)
 
-    assert epochs == [0, 1, 2]
+    assert first == Wiring(1, "star", {0: 99, 1: 1}, ((0, 1),))
+    assert membership.rewire() == Wiring(2, "star", {0: 99}, ())
+    assert membership.wiring.epoch == 2
+
+
+def test_a_worker_without_heartbeat_is_silent(membership):
+    first, second = membership.admit(request(), 0.0), membership.admit(request(), 0.0)
+    membership.appeared(1, 10.0)
+    membership.appeared(2, 10.0)
+    membership.heard(stats(second.tram), 12.0)
+
+    assert membership.silent(10.0 + SILENCE) == frozenset()
+    assert membership.silent(13.0) == {first.tram}
+
+
+def test_a_silent_worker_is_wired_out_and_keeps_its_seat_until_its_token_is_gone(membership):
+    member = membership.admit(request(), 0.0)
+    membership.appeared(1, 0.5)
+
+    assert membership.expel(member.tram) is member
+    assert membership.rewire().incarnations == {0: 99}
+    assert membership.live == []
+    assert membership.expel(member.tram) is None
+    assert membership.admit(request(), 1.0).tram.seat == 2
+    assert membership.vanished(1) is None
+    assert membership.admit(request(), 1.0).tram.seat == 1
+
+
+def test_a_shape_that_is_full_admits_nobody():
+    membership = Membership(shape_named("hypercube"), root_incarnation=99)
+    for _ in range(15):
+        membership.admit(request(), 0.0)
+
+    with pytest.raises(BadTopology, match="at most 15; use torus"):
+        membership.admit(request(), 0.0)
 
 
 def test_a_worker_is_live_from_its_token_on(membership):
     member = membership.admit(request(), 0.0)
 
     assert membership.live == []
-    assert membership.appeared(1) is member
+    assert membership.appeared(1, 0.5) is member
     assert membership.live == [member]
-    assert membership.appeared(1) is None
+    assert membership.appeared(1, 0.5) is None
     assert membership.joined == 1
 
 
 def test_a_token_nobody_was_given_a_seat_for_changes_nothing(membership):
-    assert membership.appeared(5) is None
+    assert membership.appeared(5, 0.5) is None
     assert membership.vanished(5) is None
     assert membership.wiring.epoch == 0
 
@@ -89,3 +131,12 @@ def test_a_heartbeat_counts_for_its_own_incarnation_only(membership):
     membership.heard(stats(member.tram), 6.0)
 
     assert (member.stats, member.heard) == (stats(member.tram), 6.0)
+
+
+def test_a_process_that_comes_back_is_not_fresh(membership):
+    for pid in (7, 8, 7):
+        membership.admit(request(pid), 0.0)
+        membership.appeared(1, 0.0)
+        lost = membership.vanished(1)
+        assert lost is not None
+        assert lost.fresh is (lost.tram.incarnation < 3)

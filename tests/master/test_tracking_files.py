@@ -1,5 +1,6 @@
 """Task files of ``redundant8``: what they may leave out, and what is told of bad ones."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -202,8 +203,14 @@ def test_an_arm_may_be_a_urdf_file_beside_the_task(path):
             "one of them",
         ),
         ('[path]\ncsv = "a.csv"', "path.csv", '"a.csv": no such file or directory', "a CSV file"),
-        ("[limits]\nstep_deg = 0", "limits.step_deg[0]", "0 deg", "above 0 and at most 45 deg"),
-        ("[limits]\nstep_deg = 50", "limits.step_deg[0]", "50 deg", "above 0 and at most 45 deg"),
+        ("[limits]\nstep_deg = 0", "limits.step_deg", "0 deg", "above 0 and at most 45 deg"),
+        ("[limits]\nstep_deg = 50", "limits.step_deg", "50 deg", "above 0 and at most 45 deg"),
+        (
+            "[limits]\nstep_deg = [1, 1, 1, -1, 1, 1, 1, 1]",
+            "limits.step_deg[3]",
+            "-1 deg",
+            "above 0 and at most 45 deg",
+        ),
         ("[limits]\nstep_deg = [1, 2]", "limits.step_deg", "2 numbers", "8 numbers, one for each"),
         ("[limits]\nstep_deg = nan", "limits.step_deg", "nan", "a number"),
         ("[limits]\nzone_cm = 0", "limits.zone_cm", "0", "a length above 0 [cm]"),
@@ -402,11 +409,11 @@ def test_a_scene_s_points_replace_those_of_all(path):
         ('[[scene]]\nname = "a"\nstart_deg = [1]', "scene[0].start_deg", "1 numbers", "8 numbers"),
         (
             '[[scene]]\nname = "a"\nlimits.step_deg = 99',
-            "scene[0].limits.step_deg[0]",
+            "scene[0].limits.step_deg",
             "99 deg",
             "",
         ),
-        ('[limits]\nstep_deg = 99\n[[scene]]\nname = "a"', "limits.step_deg[0]", "99 deg", "above"),
+        ('[limits]\nstep_deg = 99\n[[scene]]\nname = "a"', "limits.step_deg", "99 deg", "above"),
         (
             '[[scene]]\nname = "a"\npath.csv = "b.csv"',
             "scene[0].path.csv",
@@ -427,3 +434,15 @@ def test_a_bad_scene_is_told_of_where_it_stands(path, text, field, found, expect
     assert error.field == field
     assert error.found.startswith(found)
     assert error.expected.startswith(expected)
+
+
+def test_the_examples_of_the_documentation_are_good_files(path):
+    text = (Path(__file__).parents[2] / "docs" / "tracking-tasks.md").read_text()
+    box, own_arm, scenes = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+
+    path.write_text(box)
+    assert read_tracking_task(path) == TrackingTask.of_paper(5.0)
+    path.write_text(own_arm)
+    assert read_tracking_task(path).n_joints == 3
+    path.write_text(scenes)
+    assert [len(scene.task.boxes) for scene in read_scenes(path)] == [1, 1, 1, 0]

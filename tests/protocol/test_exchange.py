@@ -47,10 +47,9 @@ def test_frames_are_numbered_per_link(root):
     "header",
     [
         Header(run=6, destination=1, destination_incarnation=3),
-        Header(run=5, destination=2, destination_incarnation=3),
         Header(run=5, destination=1, destination_incarnation=2),
     ],
-    ids=["another run", "another TRAM", "an earlier incarnation"],
+    ids=["another run", "an earlier incarnation"],
 )
 def test_what_is_not_meant_for_this_life_of_this_tram_is_counted_and_dropped(worker, header):
     assert worker.incoming(KEYS.link(0, 1), encode(header, Stop("x"))) is None
@@ -158,9 +157,11 @@ def test_a_key_that_is_no_link_is_counted_and_dropped(worker, source):
 
 def test_a_link_to_a_seat_that_another_worker_takes_is_numbered_from_zero(root):
     root.outgoing((1, 3), Stop("x"))
+    root.outgoing((2, 4), Stop("x"))
 
-    root.forget(1)
+    root.rewire(Wiring(5, "star", {0: 9, 1: 4, 2: 4}, ((0, 1), (0, 2))))
 
+    assert decode(root.outgoing((2, 4), Stop("x"))[1]).header.sequence == 1
     assert decode(root.outgoing((1, 4), Stop("x"))[1]).header.sequence == 0
 
 
@@ -172,3 +173,61 @@ def test_gaps_beyond_counting_still_travel_in_statistics(worker):
     (counters,) = worker.counters()
 
     assert counters.gaps == 2**63 - 1
+
+
+LINE = ((0, 1), (1, 2), (2, 3))
+IN_LINE = Wiring(4, "pipeline", {0: 9, 1: 3, 2: 4, 3: 6}, LINE)
+
+
+def exchanges(wiring, *seats):
+    return [Exchange(KEYS, Identity(5, seat, wiring.incarnations[seat]), wiring) for seat in seats]
+
+
+def test_a_frame_three_hops_away_passes_three_links_with_its_body_untouched():
+    root, *workers = exchanges(IN_LINE, 0, 1, 2, 3)
+    key, payload = root.outgoing((3, 6), Stop("enough"))
+    body = decode(payload).body
+    keys = [key]
+
+    for worker in workers:
+        frame = worker.incoming(key, payload)
+        if not worker.is_ours(frame):
+            key, payload = worker.forward(key, frame)
+            keys.append(key)
+
+    assert keys == [KEYS.link(0, 1), KEYS.link(1, 2), KEYS.link(2, 3)]
+    assert frame.body == body
+    assert (frame.header.source, frame.header.destination) == (0, 3)
+
+
+def test_what_is_passed_on_has_the_numbers_of_its_next_link():
+    root, first = exchanges(IN_LINE, 0, 1)
+    root.outgoing((1, 3), Stop("for the first"))
+    root_frame = root.outgoing((3, 6), Stop("for the last"))
+
+    _, payload = first.forward(root_frame[0], first.incoming(*root_frame))
+
+    assert decode(root_frame[1]).header.sequence == 1
+    assert decode(payload).header.sequence == 0
+    assert [(c.source, c.destination, c.frames) for c in first.counters()] == [(1, 2, 1), (0, 1, 1)]
+
+
+def test_a_frame_whose_next_tram_is_gone_is_dropped_and_counted():
+    root, first = exchanges(IN_LINE, 0, 1)
+    key, payload = root.outgoing((3, 6), Stop("x"))
+    frame = first.incoming(key, payload)
+
+    first.rewire(Wiring(5, "pipeline", {0: 9, 1: 3, 3: 6}, ((0, 1), (1, 3))))
+
+    assert first.forward(key, frame) is None
+    assert first.stranded == 1
+    assert next(c for c in first.counters() if c.source == 0).dropped == 1
+
+
+def test_only_messages_for_this_node_count_among_its_own():
+    root, first = exchanges(IN_LINE, 0, 1)
+
+    first.incoming(*root.outgoing((3, 6), Stop("x")))
+    first.incoming(*root.outgoing((1, 3), Stop("x")))
+
+    assert [(tag.tag, tag.received) for tag in first.tags()] == [("stop", 1)]

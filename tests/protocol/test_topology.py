@@ -6,8 +6,18 @@ from hypothesis import strategies as st
 
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.limits import MAX_SEATS
+from tramnet_protocol.measures import measure
 from tramnet_protocol.messages import Wiring
-from tramnet_protocol.topology import Graph, connect, graph_of, lowest_free_seat, rewire
+from tramnet_protocol.topology import (
+    SHAPES,
+    Graph,
+    connect,
+    graph_of,
+    links_of,
+    lowest_free_seat,
+    rewire,
+    shape_named,
+)
 
 
 @st.composite
@@ -16,11 +26,6 @@ def graphs(draw):
     pairs = list(combinations(seats, 2))
     edges = draw(st.sets(st.sampled_from(pairs))) if pairs else set()
     return Graph.of(seats, edges)
-
-
-def mean_hops(graph, sources):
-    hops = [d for source in sources for d in graph.distances(source).values() if d]
-    return sum(hops) / len(hops)
 
 
 def grid(side, torus=False):
@@ -48,7 +53,7 @@ PETERSEN = [(i, (i + 1) % 5) for i in range(5)] + [(i, i + 5) for i in range(5)]
 PETERSEN += [(5 + i, 5 + (i + 2) % 5) for i in range(5)]
 
 # facts: breadth-first search over the uncut graphs (INMOS-era shapes)
-SHAPES = [
+UNCUT = [
     ("pipeline", 16, tree(16, 1), 2, 15, 8.0000, 5.6667, 15),
     ("ring", 16, [(i, (i + 1) % 16) for i in range(16)], 2, 8, 4.2667, 4.2667, 16),
     ("binary tree", 16, tree(16, 2), 3, 7, 2.5333, 3.6667, 15),
@@ -64,19 +69,20 @@ SHAPES = [
 
 @pytest.mark.parametrize(
     ("n", "edges", "degree", "diameter", "from_root", "all_pairs", "links"),
-    [shape[1:] for shape in SHAPES],
-    ids=[shape[0] for shape in SHAPES],
+    [shape[1:] for shape in UNCUT],
+    ids=[shape[0] for shape in UNCUT],
 )
 def test_known_shapes_have_their_known_distances(
     n, edges, degree, diameter, from_root, all_pairs, links
 ):
     graph = Graph.of(range(n), edges)
 
-    assert len(graph.edges) == links
-    assert max(map(len, graph.neighbours.values())) == degree
-    assert max(max(graph.distances(seat).values()) for seat in graph.seats) == diameter
-    assert mean_hops(graph, [0]) == pytest.approx(from_root, abs=5e-5)
-    assert mean_hops(graph, graph.seats) == pytest.approx(all_pairs, abs=5e-5)
+    found = measure(graph)
+
+    assert (found.trams, found.links) == (n, links)
+    assert (found.degree, found.diameter) == (degree, diameter)
+    assert found.mean_from_root == pytest.approx(from_root, abs=5e-5)
+    assert found.mean == pytest.approx(all_pairs, abs=5e-5)
 
 
 @given(graphs())
@@ -92,6 +98,34 @@ def test_every_next_hop_is_a_neighbour_one_step_nearer_and_the_lowest_such(graph
                 if graph.distances(seat).get(destination) == distances[destination] - 1
             ]
             assert hop == min(nearer)
+
+
+@given(graphs())
+def test_one_search_finds_all_routes_from_a_tram_and_all_routes_to_it(graph):
+    for seat in graph.seats:
+        before, onward = graph.predecessors(seat), graph.hops_towards(seat)
+        assert set(before) == set(onward) == set(graph.distances(seat)) - {seat}
+        for other in before:
+            way = [other]
+            while way[-1] != seat:
+                way.append(before[way[-1]])
+            assert tuple(reversed(way)) == graph.route(seat, other)
+            assert onward[other] == graph.next_hops(other)[seat]
+
+
+@given(graphs())
+def test_measures_agree_with_distances_one_by_one(graph):
+    live = sorted(graph.distances(graph.seats[0]))
+    connected = Graph.of(
+        range(len(live)),
+        [(live.index(a), live.index(b)) for a, b in graph.edges if a in live],
+    )
+    hops = [d for seat in connected.seats for d in connected.distances(seat).values() if d]
+
+    found = measure(connected)
+
+    assert found.diameter == max(hops, default=0)
+    assert found.mean == pytest.approx(sum(hops) / max(1, len(hops)))
 
 
 @given(graphs(), st.data())
@@ -114,6 +148,71 @@ def test_a_star_joins_every_worker_to_the_root_in_one_hop(workers):
 
     assert graph.edges == tuple((0, worker) for worker in sorted(workers))
     assert graph.next_hops(0) == {worker: worker for worker in workers}
+
+
+REAL = sorted(set(SHAPES) - {"star"})
+
+
+@pytest.mark.parametrize("topology", REAL)
+def test_every_shape_joins_every_number_of_trams_within_their_links(topology):
+    most = min(65, SHAPES[topology].max_trams)
+    for n in range(1, most + 1):
+        graph = connect(topology, range(n))
+        assert len(graph.distances(0)) == n
+        assert all(len(others) <= links_of(seat) for seat, others in graph.neighbours.items())
+
+
+@pytest.mark.parametrize("topology", REAL)
+@given(workers=st.sets(st.integers(1, MAX_SEATS - 1), max_size=40))
+def test_every_shape_joins_any_live_seats(topology, workers):
+    seats = {0, *sorted(workers)[: SHAPES[topology].max_trams - 1]}
+
+    graph = connect(topology, seats)
+
+    assert set(graph.distances(0)) == seats
+    assert all(len(others) <= links_of(seat) for seat, others in graph.neighbours.items())
+
+
+@pytest.mark.parametrize("topology", ["torus", "hypercube"])
+def test_a_torus_and_a_cube_of_16_give_one_link_of_the_root_to_the_host(topology):
+    found = measure(connect(topology, range(16)))
+
+    assert (found.links, found.degree, found.diameter) == (31, 4, 4)
+    assert found.mean_from_root == pytest.approx(2.2667, abs=5e-5)
+    assert found.mean == pytest.approx(2.1500, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("topology", "n", "degree", "diameter", "from_root", "all_pairs", "links"),
+    [
+        ("pipeline", 17, 2, 16, 8.5000, 6.0000, 16),
+        ("tree", 17, 4, 5, 2.0625, 3.1912, 16),
+        ("tree", 16, 4, 5, 2.0000, 3.1000, 15),
+        ("ring", 16, 2, 8, 4.2667, 4.2667, 16),
+        ("grid", 16, 4, 6, 3.2000, 2.6667, 24),
+        ("hypercube", 8, 3, 3, 1.7143, 1.7143, 12),
+        ("star", 4, 3, 2, 1.0000, 1.5000, 3),
+    ],
+)
+def test_our_shapes_are_those_of_the_literature(
+    topology, n, degree, diameter, from_root, all_pairs, links
+):
+    found = measure(connect(topology, range(n)))
+
+    assert found[:4] == (n, links, degree, diameter)
+    assert found.mean_from_root == pytest.approx(from_root, abs=5e-5)
+    assert found.mean == pytest.approx(all_pairs, abs=5e-5)
+
+
+def test_a_hypercube_of_more_than_fifteen_workers_is_a_torus():
+    with pytest.raises(BadTopology, match=r"found 16 workers; .* at most 15; use torus"):
+        connect("hypercube", range(17))
+
+
+def test_the_largest_network_is_joined_in_a_moment():
+    for topology in set(REAL) - {"hypercube"}:
+        graph = connect(topology, range(MAX_SEATS))
+        assert len(graph.next_hops(0)) == len(graph.hops_towards(0)) == MAX_SEATS - 1
 
 
 def test_more_links_than_a_tram_has_are_refused():
@@ -142,7 +241,7 @@ def test_links_to_nowhere_are_refused():
 
 
 def test_a_wiring_names_the_live_trams_and_their_links():
-    wiring = rewire("star", {0: 5, 3: 1, 1: 2}, epoch=7)
+    wiring = rewire(shape_named("star"), {0: 5, 3: 1, 1: 2}, epoch=7)
 
     assert wiring == Wiring(7, "star", {0: 5, 3: 1, 1: 2}, ((0, 1), (0, 3)))
     assert graph_of(wiring) == connect("star", {0, 1, 3})

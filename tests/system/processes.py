@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -33,10 +33,10 @@ def wait_until(condition: Callable[[], object], what: str) -> None:
 class Run:
     """A ``tramnet`` command in a process of its own."""
 
-    def __init__(self, folder: Path, arguments: list[str]) -> None:
+    def __init__(self, folder: Path, arguments: list[str], within: Sequence[str] = ()) -> None:
         self.folder = folder
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tramnet_master", *arguments],
+            [*within, sys.executable, "-m", "tramnet_master", *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -69,6 +69,11 @@ class Run:
 
         wait_until(enough, f"{count} workers")
         return found
+
+    def events(self) -> list[dict[str, object]]:
+        """What its log says so far."""
+        lines = (self.folder / "log.jsonl").read_text().splitlines()
+        return [json.loads(line) for line in lines]
 
     def wait_for_generation(self, number: int) -> None:
         wait_until(
@@ -106,11 +111,11 @@ def starting(folder: Path) -> Iterator[Callable[..., Run]]:
     runs: list[Run] = []
     pids: list[int] = []
 
-    def begin(*arguments: object, out: str = "run") -> Run:
+    def begin(*arguments: object, out: str = "run", within: Sequence[str] = ()) -> Run:
         words = [str(word) for word in arguments]
         if words[0] == "run":
             words += ["--out", str(folder / out), "--no-pictures", "--progress", "quiet"]
-        runs.append(Run(folder / out, words))
+        runs.append(Run(folder / out, words, within))
         pids.append(runs[-1].pid)
         return runs[-1]
 

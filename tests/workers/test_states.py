@@ -5,9 +5,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tramnet_protocol.arrays import Array
-from tramnet_protocol.messages import Evaluate, Evaluated, Failed, Kind, Setup, WorkId
+from tramnet_protocol.messages import (
+    Evaluate,
+    Evaluated,
+    Evolve,
+    Failed,
+    Kind,
+    PopulationMeans,
+    PopulationSnapshot,
+    Setup,
+    WorkId,
+)
 from tramnet_workers.node.states import (
     CREDIT,
+    REMEMBERED,
     Announce,
     Answer,
     Build,
@@ -206,3 +217,49 @@ def test_every_answer_was_begun_and_is_given_once(story):
         for answer in (i for i in out if isinstance(i, Answer)):
             begun.remove((answer.membership, answer.answer.work))
         begun += [(i.membership, i.work.work) for i in out if isinstance(i, Start)]
+
+
+EVOLVED = Evolve(WorkId(Kind.EVOLVE, 0, 3, 0, 1), EMPTY)
+
+
+def evolved(step):
+    work = WorkId(Kind.EVOLVE, 0, step, 0, 1)
+    return PopulationMeans(work, EMPTY, EMPTY, 0.001)
+
+
+def test_a_chunk_that_comes_again_after_its_answer_is_answered_again_not_computed(worker):
+    tell(worker, WorkReceived(ME, work(0)), Finished(ME, outcome(0)))
+
+    assert tell(worker, WorkReceived(ME, work(0))) == [Answer(ME, outcome(0))]
+    assert worker.held == []
+
+
+def test_a_snapshot_belongs_to_its_answer_also_when_that_is_sent_again(worker):
+    snapshot = PopulationSnapshot(EVOLVED.work, EMPTY, EMPTY)
+    finished = Finished(ME, evolved(3), snapshot)
+
+    out = tell(worker, WorkReceived(ME, EVOLVED), finished, WorkReceived(ME, EVOLVED))
+
+    assert out[1:] == [Answer(ME, evolved(3), snapshot)] * 2
+
+
+def test_a_chunk_that_brings_its_state_is_computed_again(worker):
+    restored = Evolve(EVOLVED.work, EMPTY, populations=EMPTY)
+    tell(worker, WorkReceived(ME, restored), Finished(ME, evolved(3)))
+
+    assert tell(worker, WorkReceived(ME, restored)) == [Start(ME, restored)]
+
+
+def test_an_error_is_not_remembered(worker):
+    tell(worker, WorkReceived(ME, work(0)), Finished(ME, Failed(work(0).work, "ValueError")))
+
+    assert tell(worker, WorkReceived(ME, work(0))) == [Start(ME, work(0))]
+
+
+def test_only_the_last_answers_are_remembered_and_only_in_their_membership(worker):
+    for i in range(REMEMBERED + 1):
+        tell(worker, WorkReceived(ME, work(i)), Finished(ME, outcome(i)))
+
+    assert tell(worker, WorkReceived(ME, work(0)))[0] == Start(ME, work(0))
+    tell(worker, RootLost(), Joined(SUCCESSOR, SETUP), Built(SUCCESSOR))
+    assert worker.remembered == {}

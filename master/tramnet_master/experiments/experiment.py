@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypedDict
 
 from tramnet_master.engines.engine import Engine
-from tramnet_master.results import BestFound, Result
+from tramnet_master.results import BestFound, Booked, Result
 from tramnet_master.run_folder import OpenRunFolder
 from tramnet_protocol.messages import Setup
 
@@ -30,6 +30,7 @@ class Common(TypedDict):
     final_population_sha256: str
     paper: float | None
     versions: dict[str, str]
+    link_books: Booked | None
 
 
 class Timing(TypedDict):
@@ -76,6 +77,7 @@ class Experiment:
         paper: The paper's figure for the objective, None where it has none.
         conclude: Writes the files of the experiment's own and returns the result.
         parallelism: How many workers can compute at once at most, or None where there is no such limit.
+        subject: What it is run on, in a few words, where the case does not say it.
     """
 
     name: str
@@ -90,9 +92,10 @@ class Experiment:
     paper: float | None
     conclude: Conclude
     parallelism: int | None = None
+    subject: str = ""
 
     @property
     def title(self) -> str:
         """The run in a few words."""
-        what = f"case {self.case}" if self.case is not None else "own task"
-        return f"{self.name} {what}, {self.method}"
+        case = f"case {self.case}" if self.case is not None else "own task"
+        return f"{self.name} {self.subject or case}, {self.method}"

@@ -6,6 +6,7 @@ room, so that each is cut by what is known by then.
 """
 
 from collections import deque
+from collections.abc import Mapping
 
 from tramnet_master.farm.batch import Assignment, Batch, Piece
 from tramnet_master.farm.chunking import Costs, chunk_size
@@ -15,6 +16,7 @@ from tramnet_master.farm.events import (
     Instruction,
     Orphaned,
     Raised,
+    Repeat,
     Replace,
     Send,
     Tram,
@@ -23,6 +25,7 @@ from tramnet_master.farm.ledger import Ledger
 from tramnet_master.farm.roster import Roster, Standing, Worker
 from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.suspects import Suspects, worker_to_replace
+from tramnet_protocol.routes import KEPT
 
 # Timer of no worker: wakes the scheduler to look at its suspects again.
 _NOBODY = Tram(-1, -1)
@@ -49,6 +52,9 @@ class Allocation:
         costs: What their work was measured to cost.
         ready: Batches that may be cut for any worker; each at most once.
         suspects: Pieces that wait for a fresh process.
+        routes: TRAMs that frames pass on their way to a worker or back, nearest the root first; empty where there
+            are none.
+        epoch: Number of wirings so far.
     """
 
     def __init__(self, rules: Rules, ledger: Ledger, turn: Turn) -> None:
@@ -56,6 +62,8 @@ class Allocation:
         self.costs = Costs()
         self.ready: deque[Batch] = deque()
         self.suspects = Suspects()
+        self.routes: Mapping[Tram, tuple[Tram, ...]] = {}
+        self.epoch = 0
         self._rules = rules
         self._ledger = ledger
         self._turn = turn
@@ -171,7 +179,10 @@ class Allocation:
 
     def _send(self, worker: Worker, batch: Batch, piece: Piece) -> None:
         work = batch.part(piece.first, piece.last)
-        assignment = Assignment(batch, piece, work, worker.tram, self._turn.now)
+        via = frozenset(self.routes.get(worker.tram, ()))
+        assignment = Assignment(
+            batch, piece, work, worker.tram, self._turn.now, via=via, epoch=self.epoch
+        )
         batch.give(piece)
         self._ledger.record(assignment)
         worker.load(assignment)
@@ -179,6 +190,39 @@ class Allocation:
             self._start_clock(worker)
         self.roster.place(worker)
         self._turn.out.append(Send(worker.tram, work))
+
+    def rewire(self, routes: Mapping[Tram, tuple[Tram, ...]]) -> None:
+        """Note other routes; what is under way may pass the old ones or the new ones."""
+        self.routes = routes
+        self.epoch += 1
+        for worker in self.roster.workers.values():
+            for assignment in worker.held:
+                assignment.via = assignment.via.union(routes.get(worker.tram, ()))
+
+    def repeat_what_passed(self, lost: frozenset[Tram]) -> None:
+        """Send again what lost TRAMs may have taken along, to the workers that have it or should."""
+        for worker in self.roster.workers.values():
+            for assignment in worker.held:
+                if assignment.live and self._may_have_passed(lost, assignment):
+                    self._repeat(worker, assignment)
+
+    def _may_have_passed(self, lost: frozenset[Tram], assignment: Assignment) -> bool:
+        """Whether a frame may have met one of them: on its ways, or on any where nodes may have forgotten those."""
+        forgotten = self.epoch - assignment.epoch >= KEPT
+        return not lost.isdisjoint(assignment.via) or (forgotten and bool(assignment.via))
+
+    def _repeat(self, worker: Worker, assignment: Assignment) -> None:
+        # From now on it passes the new route only: whoever takes it in knows the new wiring.
+        assignment.via = frozenset(self.routes.get(worker.tram, ()))
+        assignment.epoch = self.epoch
+        self._turn.out.append(Repeat(worker.tram, assignment.work))
+        if assignment is worker.held[0]:
+            self.restart_clock(worker)
+
+    def restart_clock(self, worker: Worker) -> None:
+        """Give the chunk in work its time anew; by now its cost may be known."""
+        self._start_clock(worker)
+        self.roster.place(worker)
 
     def unload(self, event: Answered | Raised) -> Worker | None:
         """Free the credit of a chunk its worker has answered, whatever the answer is worth."""

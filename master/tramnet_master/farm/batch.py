@@ -54,6 +54,8 @@ class Assignment(Struct, eq=False):
         sent: When it was sent [s].
         live: The slots are this worker's to compute: neither answered, nor lost, nor overdue.
         answered: Whether this worker has answered it; it can do so once.
+        via: TRAMs that it or its answer may pass, by any wiring since it was sent last.
+        epoch: Number of wirings there had been when it was sent last.
     """
 
     batch: "Batch"
@@ -63,6 +65,8 @@ class Assignment(Struct, eq=False):
     sent: float
     live: bool = True
     answered: bool = False
+    via: frozenset[Tram] = frozenset()
+    epoch: int = 0
 
     @property
     def bytes(self) -> int:

@@ -18,13 +18,16 @@ from msgspec import Struct
 
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
+from tramnet_master.farm.books import Books, NoBooks
+from tramnet_master.farm.changes import Changes
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
 from tramnet_master.farm.holders import Holders
 from tramnet_master.farm.membership import Member, Membership
 from tramnet_master.farm.reception import House, Reception
 from tramnet_master.farm.scheduler import Scheduler
-from tramnet_protocol.channel import Channel, Lane, Query
+from tramnet_master.farm.ways import ways
+from tramnet_protocol.channel import Channel, Lane, Publisher, Query
 from tramnet_protocol.codec import Frame, Header, decode, encode
 from tramnet_protocol.errors import MalformedFrame, UnknownKey
 from tramnet_protocol.exchange import Exchange, Identity
@@ -51,6 +54,7 @@ from tramnet_protocol.messages import (
     Work,
     WorkId,
 )
+from tramnet_protocol.topology import Shape
 from tramnet_workers.node.supervisor import Ended
 
 HEARTBEAT = 1.0
@@ -112,6 +116,7 @@ class Hands:
         tell: Takes a line for people.
         give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
         restate: Adds to work on populations the state that a worker needs who does not hold them.
+        note: Writes down that a worker joined, was lost or is replaced.
     """
 
     replace: Callable[[Member, str], None]
@@ -119,6 +124,7 @@ class Hands:
     tell: Callable[[str], None]
     give_up: Callable[[str], None]
     restate: Callable[[Evolve], Evolve]
+    note: Callable[[str, Mapping[str, object]], None]
 
 
 class Finished(NamedTuple):
@@ -142,9 +148,11 @@ class Farm:
         channel: The root's end of the network.
         keys: Keys of the network.
         house: What joining workers are told and expected to be.
-        topology: Shape the TRAMs are wired in.
+        shape: What the TRAMs are wired in.
         scheduler: Decides.
         hands: What others do for the farm.
+        books: Who is told what passes, or None for nobody.
+        links: Where frames are published, or None for the channel.
 
     Attributes:
         inbox: Where everything arrives.
@@ -163,12 +171,14 @@ class Farm:
         channel: Channel,
         keys: Keys,
         house: House,
-        topology: str,
+        shape: Shape,
         scheduler: Scheduler,
         hands: Hands,
+        books: Books | None = None,
+        links: Publisher | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
-        self.membership = Membership(topology, house.root_incarnation)
+        self.membership = Membership(shape, house.root_incarnation)
         self.reception = Reception(house, self.membership)
         self.lost = 0
         self.condemned: list[tuple[WorkId, str]] = []
@@ -176,9 +186,11 @@ class Farm:
         self.waited_seconds = 0.0
         self.busy_seconds: dict[Tram, float] = {}
         self._channel = channel
+        self._links: Publisher = links or channel
         self._keys = keys
         self._hands = hands
         self._scheduler = scheduler
+        self._books = books or NoBooks()
         identity = Identity(house.run, ROOT, house.root_incarnation)
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
@@ -187,6 +199,8 @@ class Farm:
         self._snapshots: dict[Tram, PopulationSnapshot] = {}  # until the answer they belong to
         # The outcome whose instructions are carried out, and the work it belongs to.
         self._arrived: tuple[Collection, Outcome] | None = None
+        self._changes = Changes()
+        self._stalled: list[Tram] = []  # to be wired out when all instructions are carried out
         self._started = time.monotonic()
         self._next_heartbeat = self._started
         self._next_tick = self._started
@@ -213,14 +227,16 @@ class Farm:
         )
         channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
         channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
-        channel.serve(
             keys.control,
             lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
         )
+        # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
+        for key in (keys.join, keys.join_as_anybody):
+            channel.serve(
+                key,
+                lambda query: inbox.put_from(query.key, len(query.payload), JoinAsked(query)),
+            )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -261,9 +277,19 @@ class Farm:
         self._publish(self._keys.events, event, Lane.TELEMETRY)
 
     def dismiss(self, reason: str) -> None:
-        """Tell every worker to end."""
+        """Tell every worker to end, past the links: those that pass it on end too."""
+        identity = self._exchange.identity
         for member in self.membership.live:
-            self._send(member.tram, Stop(reason))
+            header = Header(
+                run=identity.run,
+                epoch=self.membership.wiring.epoch,
+                source=ROOT,
+                source_incarnation=identity.incarnation,
+                destination=member.tram.seat,
+                destination_incarnation=member.tram.incarnation,
+            )
+            order = encode(header, Stop(reason))
+            self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
 
     def status(self) -> dict[str, object]:
         """Return what a dashboard needs to know of the workers and links."""
@@ -287,25 +313,35 @@ class Farm:
 
     def _turn(self, patience: float = TICK) -> None:
         now = time.monotonic()
-        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_heartbeat - now)))
+        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_due() - now)))
         if item is not None:
             self._take(item)
         now = time.monotonic()
+        if self._changes.due is not None and now >= self._changes.due:
+            self._settle()
         if self.inbox.empty or now >= self._next_tick:
             due = self._scheduler.next_time()
             if due is not None and due <= now:
-                self._handle(events.Tick())
+                self._handle(events.Tick(self.membership.silent(now)))
             self._next_tick = now + TICK
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT
             self._publish(self._keys.stats(ROOT), self._stats(now), Lane.TELEMETRY)
 
+    def _next_due(self) -> float:
+        changes = self._changes.due
+        return self._next_heartbeat if changes is None else min(changes, self._next_heartbeat)
+
     def _take(self, item: Item) -> None:
         match item:
             case FrameArrived(key, payload):
                 frame = self._exchange.incoming(key, payload)
-                if frame is not None:
+                if frame is None:
+                    return
+                if self._exchange.is_ours(frame):
                     self._take_frame(frame)
+                else:  # all ways begin or end here, so the root passes nothing on
+                    self._exchange.foreign += 1
             case HeartbeatArrived(key, payload):
                 self._take_heartbeat(key, payload)
             case TokenChanged(key, alive):
@@ -347,6 +383,7 @@ class Farm:
             self._handle(events.Raised(tram, outcome.work, str(error)))
             return
         self._arrived = collection, outcome
+        self._books.answered(tram, outcome, snapshot)
         self._handle(events.Answered(tram, outcome.work, outcome.seconds, bad))
         self._arrived = None
 
@@ -364,22 +401,20 @@ class Farm:
         seat = parse(key).seats[0]
         if seat == ROOT:
             return
+        now = time.monotonic()
         if alive:
-            member = self.membership.appeared(seat)
+            member = self.membership.appeared(seat, now)
             if member is not None:
                 self._tell_joined(member)
-                self._handle(events.WorkerReady(member.tram))
+                self._changes.join(member.tram, now)
             return
         member = self.membership.vanished(seat)
         if member is not None:
-            self._lose(member)
+            self._lose(member, "is lost")
 
     def _take_join(self, query: Query) -> None:
-        answer, member = self.reception.join(query.payload, time.monotonic())
-        if member is not None:
-            self._exchange.forget(member.tram.seat)
-            self._rewire()
-        query.reply(answer)
+        name = self._keys.asker(query.key)
+        query.reply(self.reception.join(query.payload, time.monotonic(), name))
 
     def _take_end(self, ended: Ended) -> None:
         """Free at once the seat of a local process that ended before its token appeared."""
@@ -390,11 +425,20 @@ class Farm:
     def _handle(self, event: events.Event) -> None:
         for instruction in self._scheduler.handle(event, time.monotonic()):
             self._carry_out(instruction)
+        if self._stalled:
+            expelled = [self.membership.expel(tram) for tram in self._stalled]
+            self._stalled.clear()
+            for member in expelled:
+                if member is not None:
+                    self._lose(member, "has fallen silent and is wired out")
+            self._settle()
 
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
-            case events.Send(tram, work):
-                self._send(tram, self._collection(work).chunk(work))
+            case events.Send(tram, work) | events.Repeat(tram, work):
+                chunk = self._collection(work).chunk(work)
+                self._books.sent(tram, chunk)
+                self._send(tram, chunk)
             case events.Accept(tram, _, part):
                 assert self._arrived is not None, "only an arriving outcome is accepted"
                 collection, outcome = self._arrived
@@ -411,6 +455,8 @@ class Farm:
                 self._condemn(work, reason)
             case events.Replace(tram, cause, _):
                 self._replace(tram, cause.value)
+                if cause is events.Cause.STALLED:
+                    self._stalled.append(tram)
             case events.Waiting():
                 self._hands.tell("no worker: waiting for one to join")
                 self.announce("waiting", {})
@@ -427,6 +473,8 @@ class Farm:
         collections.remove(collection)
         if not collections:
             del self._open[_place(work)]
+        if not self._open:
+            self._books.idle()
         self.compute_seconds += collection.seconds
         self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
 
@@ -466,18 +514,17 @@ class Farm:
             "supervisor": member.request.supervisor,
             "cause": cause,
         }
-        self.announce("replace", detail)
+        self._tell_all("replace", detail)
         self._hands.replace(member, cause)
 
     # Workers and wires.
 
-    def _lose(self, member: Member) -> None:
+    def _lose(self, member: Member, what: str) -> None:
         self.lost += 1
         self._snapshots.pop(member.tram, None)
-        self._hands.tell(f"TRAM {member.tram.seat} is lost")
-        self.announce("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
-        self._rewire()
-        self._handle(events.WorkerLost(member.tram))
+        self._hands.tell(f"TRAM {member.tram.seat} {what}")
+        self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
+        self._changes.lose(member.tram, time.monotonic())
 
     def _tell_joined(self, member: Member) -> None:
         detail = {
@@ -487,21 +534,42 @@ class Farm:
             "pid": member.request.pid,
             "live": len(self.membership.live),
         }
-        self.announce("joined", detail)
+        self._tell_all("joined", detail)
 
-    def _rewire(self) -> None:
-        wiring = self.membership.wiring
+    def _tell_all(self, name: str, detail: Mapping[str, object]) -> None:
+        self._hands.note(name, detail)
+        self.announce(name, detail)
+
+    def _settle(self) -> None:
+        """Have everybody send by a new wiring, and tell the scheduler of that and of who joined and was lost."""
+        changes, self._changes = self._changes, Changes()
+        wiring, live = self.membership.rewire(), self.membership.live
         self._exchange.rewire(wiring)
-        for member in self.membership.live:
-            self._publish(self._keys.wiring(member.tram.seat), wiring, Lane.CONTROL)
+        self._books.rewired(wiring)
+        self.inbox.widen(len(live))
+        order = self._frame(wiring)
+        for member in live:
+            self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
+        self._handle(events.Rewired(ways(wiring)))
+        self.announce("rewired", {"epoch": wiring.epoch, "live": len(live)})
+        if changes.lost:
+            self._handle(events.WorkerLost(changes.lost[0], tuple(changes.lost[1:])))
+        for tram in changes.joined:
+            joined = self.membership.find(tram)
+            if joined is not None:
+                self._handle(events.WorkerReady(tram, joined.fresh))
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
         began = time.perf_counter()
-        self._channel.publish(key, payload, Lane.LINK)
+        self._links.publish(key, payload, Lane.LINK)
         self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:
+        self._channel.publish(key, self._frame(message), lane)
+
+    def _frame(self, message: Message) -> bytes:
+        """Return the frame of a message for nobody in particular."""
         identity = self._exchange.identity
         header = Header(
             run=identity.run,
@@ -510,7 +578,7 @@ class Farm:
             source_incarnation=identity.incarnation,
             destination=NOBODY,
         )
-        self._channel.publish(key, encode(header, message), lane)
+        return encode(header, message)
 
     def _stats(self, now: float) -> Stats:
         identity = self._exchange.identity

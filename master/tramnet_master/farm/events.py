@@ -7,6 +7,7 @@ A worker is always named by its ``Tram``: the seat alone would confuse a worker 
 """
 
 import enum
+from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
 from msgspec import Struct
@@ -46,9 +47,15 @@ class WorkSubmitted(Struct, frozen=True):
 
 
 class WorkerReady(Struct, frozen=True):
-    """A worker has built the problem and can take work; its process has had none yet."""
+    """A worker has built the problem and can take work.
+
+    Attributes:
+        tram: The worker.
+        fresh: Whether its process never had work; one that was cut off and has come back had.
+    """
 
     tram: Tram
+    fresh: bool = True
 
 
 class WorkerLeaving(Struct, frozen=True):
@@ -58,9 +65,16 @@ class WorkerLeaving(Struct, frozen=True):
 
 
 class WorkerLost(Struct, frozen=True):
-    """The worker is gone: its token or its transport has disappeared."""
+    """The worker is gone: its token or its transport has disappeared.
+
+    Attributes:
+        tram: The worker.
+        others: Those lost together with it: a machine, or a supervisor's all. Nothing is given to one of them for
+            being told of it a moment later.
+    """
 
     tram: Tram
+    others: tuple[Tram, ...] = ()
 
 
 class Answered(Struct, frozen=True):
@@ -93,12 +107,29 @@ class Raised(Struct, frozen=True):
     error: str
 
 
+class Rewired(Struct, frozen=True):
+    """There is a new wiring; to be told before the worker that joined or was lost.
+
+    Attributes:
+        routes: For each live worker that is not linked with the root, the TRAMs that frames pass on their way to it
+            or back, those nearest the root first.
+    """
+
+    routes: Mapping[Tram, tuple[Tram, ...]]
+
+
 class Tick(Struct, frozen=True):
-    """Time has passed. Deliver first what has arrived: an answer in the inbox is not overdue."""
+    """Time has passed. Deliver first what has arrived: an answer in the inbox is not overdue.
+
+    Attributes:
+        silent: Live workers whose heartbeat is missing.
+    """
+
+    silent: frozenset[Tram] = frozenset()
 
 
 Event: TypeAlias = (
-    WorkSubmitted | WorkerReady | WorkerLeaving | WorkerLost | Answered | Raised | Tick
+    WorkSubmitted | WorkerReady | WorkerLeaving | WorkerLost | Answered | Raised | Rewired | Tick
 )
 
 
@@ -106,6 +137,7 @@ class Cause(enum.Enum):
     """Why a worker is to be replaced."""
 
     OVERDUE = "its chunk is overdue"
+    STALLED = "it has fallen silent while work is overdue that it has or passes on"
     FRESH_PROCESS = "a suspect needs a process that never had other work"
 
 
@@ -120,6 +152,16 @@ class Reason(enum.Enum):
 
 class Send(Struct, frozen=True):
     """Send this chunk to that worker."""
+
+    tram: Tram
+    work: WorkId
+
+
+class Repeat(Struct, frozen=True):
+    """Send this chunk to that worker once more: a TRAM on the way was lost, perhaps with it or with the answer.
+
+    Whoever has it already goes on, and whoever has answered it answers again.
+    """
 
     tram: Tram
     work: WorkId
@@ -142,7 +184,7 @@ class Drop(Struct, frozen=True):
 
 
 class Replace(Struct, frozen=True):
-    """Have the worker's supervisor end it and start another.
+    """Have the worker's supervisor end it and start another; one that has stalled is wired out at once.
 
     Attributes:
         tram: The worker; it is given no more work.
@@ -194,5 +236,5 @@ class Resumed(Struct, frozen=True):
 
 
 Instruction: TypeAlias = (
-    Send | Accept | Drop | Replace | Condemn | Resolved | Orphaned | Waiting | Resumed
+    Send | Repeat | Accept | Drop | Replace | Condemn | Resolved | Orphaned | Waiting | Resumed
 )

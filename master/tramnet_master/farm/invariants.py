@@ -1,8 +1,8 @@
 """What is always true of the scheduler's state, as code.
 
 Each check stands for a promise: no evaluation lost (every open slot is waiting in exactly one place or given to
-exactly one worker), none done twice without need, no worker above its credit, no deadline unwatched, and no
-worker idle while there is work for it.
+exactly one worker), none done twice without need, no worker above its credit, no deadline unwatched, no worker idle
+while there is work for it, and nothing under way that a loss would make unfindable.
 """
 
 from collections import deque
@@ -22,6 +22,7 @@ def check(rules: Rules, ledger: Ledger, allocation: Allocation) -> None:
         _check_worker(worker, rules, roster)
     standings = [worker.standing for worker in roster.workers.values()]
     assert roster.n_working == standings.count(Standing.WORKING)
+    _check_routes(allocation)
     _check_ledger(ledger)
     _check_slots(roster, ledger, suspects)
     _check_queues(ledger, ready)
@@ -49,6 +50,13 @@ def _check_worker(worker: Worker, rules: Rules, roster: Roster) -> None:
         assert worker.held
     if any(assignment.piece.suspect for assignment in worker.held):
         assert len(worker.held) == 1
+
+
+def _check_routes(allocation: Allocation) -> None:
+    """What is under way is known to pass whatever its worker's frames pass now."""
+    for worker in allocation.roster.workers.values():
+        for assignment in worker.held:
+            assert assignment.via.issuperset(allocation.routes.get(worker.tram, ()))
 
 
 def _check_ledger(ledger: Ledger) -> None:

@@ -1,15 +1,19 @@
 """Who sits where: seats, incarnations and the wiring over them. Pure bookkeeping.
 
 A worker that asks to join is given the lowest free seat and a new incarnation, and is *expected*. It is *live*
-once its token appears, which it declares last, when it can take work. The seat is free again when the token is
-gone, so a token never belongs to two lives of a seat.
+once its token appears, which it declares last, when it can take work and pass on that of others: only then is it
+wired in, for one that still compiles would hold up those behind it. One that has fallen silent is *out*: no longer
+wired in, until its token is gone. Then the seat is free again, so a token never belongs to two lives of a seat.
 """
 
 from dataclasses import dataclass
 
 from tramnet_master.farm.events import Tram
 from tramnet_protocol.messages import ROOT, JoinRequest, Stats, Wiring
-from tramnet_protocol.topology import lowest_free_seat, rewire
+from tramnet_protocol.topology import ALL_SEATS, Shape, lowest_free_seat, rewire
+
+SILENCE = 2.5
+"""Time without a heartbeat, which is due every second, after which a TRAM counts as silent [s]."""
 
 EXPECTED_FOR = 600.0
 """Time a worker may take from its seat to its token: kernels may have to be compiled [s]."""
@@ -23,24 +27,28 @@ class Member:
         tram: Its seat and incarnation.
         request: What it said of itself.
         since: When it was given its seat [s].
-        live: Whether its token has appeared.
+        live: Whether it can take work, and belongs into the wiring.
+        out: Whether it was wired out while its token stands.
         stats: Its last heartbeat.
-        heard: When that came [s].
+        heard: When that came [s], or when its token appeared.
+        fresh: Whether its process has joined for the first time.
     """
 
     tram: Tram
     request: JoinRequest
     since: float
     live: bool = False
+    out: bool = False
     stats: Stats | None = None
     heard: float = 0.0
+    fresh: bool = True
 
 
 class Membership:
     """The seats of one network.
 
     Args:
-        topology: Name of the shape the TRAMs are wired in.
+        shape: What the TRAMs are wired in.
         root_incarnation: Incarnation of the root.
 
     Attributes:
@@ -48,13 +56,21 @@ class Membership:
         joined: Number of workers that ever became live.
     """
 
-    def __init__(self, topology: str, root_incarnation: int) -> None:
-        self._topology = topology
+    def __init__(self, shape: Shape, root_incarnation: int) -> None:
+        self._shape = shape
         self._root_incarnation = root_incarnation
         self._members: dict[int, Member] = {}
         self._incarnations = 0
+        self._processes: set[tuple[str, int]] = set()  # host and process id of all that were live
         self.joined = 0
-        self.wiring: Wiring = rewire(topology, {ROOT: root_incarnation}, 0)
+        self.wiring: Wiring = rewire(shape, {ROOT: root_incarnation}, 0)
+
+    def rewire(self) -> Wiring:
+        """Make a new wiring over the workers that are live now, and return it."""
+        lives = {member.tram.seat: member.tram.incarnation for member in self.live}
+        epoch = self.wiring.epoch + 1
+        self.wiring = rewire(self._shape, {ROOT: self._root_incarnation, **lives}, epoch)
+        return self.wiring
 
     @property
     def members(self) -> list[Member]:
@@ -66,50 +82,76 @@ class Membership:
         """The workers that can take work, in the order of seats."""
         return [member for member in self.members if member.live]
 
-    def admit(self, request: JoinRequest, now: float) -> Member:
-        """Give a worker a seat and wire it in.
+    def admit(self, request: JoinRequest, now: float, seats: range = ALL_SEATS) -> Member:
+        """Give a worker a seat; it is wired in when its token appears.
 
         Args:
             request: Its question.
             now: Monotonic time [s].
+            seats: Seats it may have.
 
         Raises:
-            BadTopology: The shape has no room for it.
+            BadTopology: The shape has no room for it, or none of these is free.
         """
         self._forget_the_never_seen(now)
-        seat = lowest_free_seat(self._members)
+        self._shape.check_room(len(self._members) + 2)
+        seat = lowest_free_seat(self._members, seats)
         self._incarnations += 1
         member = Member(Tram(seat, self._incarnations), request, now)
         self._members[seat] = member
-        try:
-            self._rewire()
-        except Exception:
-            del self._members[seat]
-            raise
         return member
 
-    def appeared(self, seat: int) -> Member | None:
-        """Note a token; return the member that became live by it, if one did."""
+    def appeared(self, seat: int, now: float) -> Member | None:
+        """Note a token; return the member that became live by it, if one did.
+
+        Args:
+            seat: Whose token.
+            now: Monotonic time [s].
+        """
         member = self._members.get(seat)
-        if member is None or member.live:
+        if member is None or member.live or member.out:
             return None
         member.live = True
+        member.heard = now
         self.joined += 1
+        process = (member.request.host, member.request.pid)
+        member.fresh = process not in self._processes
+        self._processes.add(process)
         return member
 
     def vanished(self, seat: int) -> Member | None:
         """Free the seat of a token that is gone; return the member that was live there."""
         member = self._members.get(seat)
-        if member is None or not member.live:
+        if member is None or not (member.live or member.out):
             return None
         del self._members[seat]
-        self._rewire()
+        if member.out:
+            return None
         return member
+
+    def expel(self, tram: Tram) -> Member | None:
+        """Wire a worker out whose token stands; return it, if it was live."""
+        member = self.find(tram)
+        if member is None or not member.live:
+            return None
+        member.live, member.out = False, True
+        return member
+
+    def silent(self, now: float) -> frozenset[Tram]:
+        """Return the live workers whose heartbeat is missing."""
+        return frozenset(
+            member.tram
+            for member in self._members.values()
+            if member.live and now - member.heard > SILENCE
+        )
 
     def abandon(self, pid: int, host: str) -> None:
         """Free the seat of a process that ended before its token appeared."""
         for seat, member in list(self._members.items()):
-            if not member.live and (member.request.pid, member.request.host) == (pid, host):
+            if not (member.live or member.out) and (member.request.pid, member.request.host) == (
+                pid,
+                host,
+            ):
                 del self._members[seat]
 
     def heard(self, stats: Stats, now: float) -> None:
@@ -125,11 +167,5 @@ class Membership:
 
     def _forget_the_never_seen(self, now: float) -> None:
         for seat, member in list(self._members.items()):
-            if not member.live and now - member.since > EXPECTED_FOR:
+            if not (member.live or member.out) and now - member.since > EXPECTED_FOR:
                 del self._members[seat]
-
-    def _rewire(self) -> None:
-        incarnations = {seat: member.tram.incarnation for seat, member in self._members.items()}
-        self.wiring = rewire(
-            self._topology, {ROOT: self._root_incarnation, **incarnations}, self.wiring.epoch + 1
-        )

@@ -19,7 +19,12 @@ Rules of this file:
 8. Work with affinity goes to the TRAM that holds its state and nowhere else. When that TRAM is lost, overdue or
    fails at it, ``Orphaned`` tells the engine, and the work waits, with its history, until the engine submits it
    again together with the state. A suspect with affinity goes to a fresh process in spite of it.
-9. Several works share the workers in turn, chunk by chunk; what came back goes first.
+9. Where workers pass on each other's frames, a lost TRAM takes along what was under way through it, answers too.
+   What may have passed it, by any wiring since it was sent, is sent again to the same worker at once: ``Repeat``.
+   Nothing is taken from a worker because somebody on the way to it was lost.
+10. Work that is overdue is first blamed on silence: the silent TRAM nearest the root on the way, or the worker
+   itself, has stalled. It is replaced and wired out, which ends like a loss; those behind it get their time anew.
+11. Several works share the workers in turn, chunk by chunk; what came back goes first.
 
 This file judges what has happened; ``allocation.py`` gives work; ``invariants.py`` says what is always true, and
 tests call ``validate`` after every event. The common case, one worker and one chunk per generation, is on the
@@ -44,6 +49,7 @@ from tramnet_master.farm.events import (
     Replace,
     Resolved,
     Resumed,
+    Rewired,
     Tick,
     Tram,
     Waiting,
@@ -73,6 +79,7 @@ class Scheduler:
         self._allocation = Allocation(self._rules, self._ledger, self._turn)
         self._roster = self._allocation.roster
         self._waiting = False  # whether Waiting was said and Resumed was not
+        self._stalled: set[Tram] = set()  # declared so, and not yet lost
 
     def handle(self, event: Event, now: float) -> list[Instruction]:
         """Instructions that follow from an event.
@@ -90,13 +97,16 @@ class Scheduler:
                 self._submitted(event)
             case Tick():
                 for worker in self._roster.overdue(now):
-                    self._overdue(worker)
+                    self._overdue(worker, event.silent)
+            case Rewired():
+                self._allocation.rewire(event.routes)
+                return self._turn.out  # who joined or was lost comes next
             case WorkerReady():
-                self._joined(event.tram)
+                self._joined(event)
             case WorkerLeaving():
                 self._leaving(event.tram)
             case WorkerLost():
-                self._lost(event.tram)
+                self._lost(event.tram, *event.others)
             case Raised():
                 self._raised(event)
         self._allocation.dispatch()
@@ -197,29 +207,47 @@ class Scheduler:
         if self._ledger.settle(batch):
             self._turn.out.append(Resolved(batch.work))
 
-    def _joined(self, tram: Tram) -> None:
+    def _joined(self, event: WorkerReady) -> None:
+        tram = event.tram
         present = self._roster.workers.get(tram.seat)
         if present is not None:
             if tram.incarnation <= present.tram.incarnation:
                 return
             self._lost(present.tram)
-        self._roster.add(tram)
-        self._allocation.suspects.welcome()
+        self._roster.add(tram, event.fresh)
+        if event.fresh:
+            self._allocation.suspects.welcome()
 
     def _leaving(self, tram: Tram) -> None:
         worker = self._roster.find(tram)
         if worker is not None:
             self._retire(worker, blame=None)
 
-    def _lost(self, tram: Tram) -> None:
-        worker = self._roster.find(tram)
-        if worker is not None:
+    def _lost(self, *trams: Tram) -> None:
+        found = [worker for tram in trams if (worker := self._roster.find(tram)) is not None]
+        for worker in found:
             self._retire(worker, blame="its worker died")
             self._roster.remove(worker)
+        lost = frozenset(worker.tram for worker in found)
+        self._stalled -= lost
+        if lost:
+            self._allocation.repeat_what_passed(lost)
 
-    def _overdue(self, worker: Worker) -> None:
-        self._turn.out.append(Replace(worker.tram, Cause.OVERDUE, worker.held[0].work))
-        self._retire(worker, blame="its deadline passed")
+    def _overdue(self, worker: Worker, silent: frozenset[Tram]) -> None:
+        way = (*self._allocation.routes.get(worker.tram, ()), worker.tram)
+        stalled = next((tram for tram in way if tram in silent), None)
+        if stalled is None:
+            self._turn.out.append(Replace(worker.tram, Cause.OVERDUE, worker.held[0].work))
+            self._retire(worker, blame="its deadline passed")
+            return
+        if stalled not in self._stalled:
+            self._stalled.add(stalled)
+            self._turn.out.append(Replace(stalled, Cause.STALLED, worker.held[0].work))
+            culprit = self._roster.find(stalled)
+            if culprit is not None:
+                self._retire(culprit, blame="its worker fell silent")
+        if worker.standing is not Standing.RETIRED:
+            self._allocation.restart_clock(worker)
 
     def _retire(self, worker: Worker, blame: str | None) -> None:
         """Take everything back from a worker; where there is blame, the chunk in work has it."""

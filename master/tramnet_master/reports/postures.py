@@ -129,7 +129,7 @@ def _set_proportions(axes: Axes3D, scenery: Scenery) -> None:
     lower, upper = scenery.lower - room, scenery.upper + room
     lower[2] = min(scenery.lower[2], 0.0)
     axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]), zlim=(lower[2], upper[2]))
-    axes.set_box_aspect(tuple(upper - lower), zoom=0.94)  # leaves room for labels
+    axes.set_box_aspect(tuple(upper - lower), zoom=0.9)  # leaves room for labels
     ticks = MultipleLocator(next(t for t in _TICKS if 6 * t > (upper - lower).max()))
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(ticks)

@@ -3,15 +3,20 @@
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+import msgspec
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from tramnet_master.console import people
 from tramnet_master.progress import plural
+from tramnet_master.reports.design_record import read_design
+from tramnet_master.reports.design_summary import design_facts, design_verdict, points_table
 from tramnet_master.reports.findings import Findings
 from tramnet_master.reports.tables import new_table
-from tramnet_master.results import ServoResult
+from tramnet_master.results import Booked, ServoResult
+from tramnet_master.run_folder import DESIGN
+from tramnet_master.wording import time_span
 
 Fact = tuple[str, str]
 
@@ -50,6 +55,9 @@ def print_summary(folder: Path, console: Console = people) -> None:
 
         for table in tracking_tables(folder, found):
             console.print(table)
+    if (folder / DESIGN).is_file():
+        console.print(points_table(read_design(folder / DESIGN)))
+        console.print(design_verdict(found))
     console.print(f"results in {folder}", markup=False, soft_wrap=True)
 
 
@@ -64,6 +72,8 @@ def facts_of(found: Findings) -> Iterator[Fact]:
         objective = _short(best.get("objective"))
         yield "objective", f"{objective}, first in generation {best['generation']}"
         yield from _motion(found)
+    if "arm" in found.keys:
+        yield from design_facts(found)
     yield "evaluations", _evaluations(found)
     lost, condemned = found.number("lost_workers") or 0, len(found.rows("condemned"))
     workers = int(found.number("workers") or 0)
@@ -72,6 +82,7 @@ def facts_of(found: Findings) -> Iterator[Fact]:
         f"{workers} {plural('worker', workers)} in a {found.text('topology')}, {lost:g} lost, "
         f"{condemned} {plural('individual', condemned)} condemned",
     )
+    yield from _link_books(found)
     yield (
         "paths" if found.rows("scenes") else "population",
         f"SHA-256 {found.text('final_population_sha256')[:16]}..",
@@ -90,6 +101,29 @@ def _motion(found: Findings) -> Iterator[Fact]:
         if other:
             yield f"  {name}", f"{other:.4f} s; the plan is {_compared(time / other - 1)}"
     yield "end velocity", f"{_short(found.number('end_velocity_rad_s'))} rad/s, over all joints"
+
+
+def _link_books(found: Findings) -> Iterator[Fact]:
+    """What the network would have been like if it had been made of transputers: virtual time, not this run's."""
+    books = found.table("link_books")
+    if not books:
+        return
+    booked = msgspec.convert(books, Booked)
+    each = ", ".join(
+        f"{time_span(seconds)} to {kind}" for kind, seconds in booked.seconds_each.items()
+    )
+    left_out = booked.rounds - booked.booked
+    yield (
+        f"on {booked.node}",
+        f"{time_span(booked.seconds)} of virtual time for {booked.booked:,} rounds"
+        f"{f' ({left_out:,} not booked)' if left_out else ''}, {each}",
+    )
+    if booked.busiest is not None:
+        yield (
+            f"  {booked.mbaud} Mbaud",
+            f"{booked.frames:,} frames, {booked.bytes:,} bytes; busiest link {booked.busiest[0]} → "
+            f"{booked.busiest[1]}, busy for {booked.utilisation:.1%}",
+        )
 
 
 def _compared(gap: float) -> str:

@@ -1,12 +1,12 @@
-"""A worker process: it owns the socket, the clock and two threads, and does what ``states.py`` decides.
+"""A worker process: it owns the socket, the clock and three threads, and does what ``states.py`` decides.
 
 The *post* thread lives on the network: it finds the root, asks for a seat, sends the heartbeat and notices that the
-root is gone. The main thread computes and sends its answers itself. So a worker that computes still answers for its
-presence, and one whose interpreter hangs falls silent.
+root is gone. The *router* passes on what is for others (``links.py``, ``router.py``). The main thread computes and
+sends its answers itself. So a worker that computes still answers for its presence and serves those behind it, and
+one whose interpreter hangs falls silent.
 
-Frames are taken in on the transport's thread that delivers them: what follows from one is a task for the main
-thread or an item for the post thread, never a call of the channel or a wait. Every other thread that a chunk went
-through would cost a generation about a tenth of its round trip.
+Work is taken in on the transport's thread that delivers it: what follows from it is a task for the main thread or
+an item for the post thread, never a call of the channel or a wait.
 """
 
 import logging
@@ -25,15 +25,14 @@ from msgspec import Struct
 from tramnet_protocol.channel import Channel, Lane
 from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.errors import CannotConnect, MalformedFrame, NoAnswer, RemoteProtocolError
-from tramnet_protocol.exchange import Exchange, Identity
+from tramnet_protocol.exchange import Identity
 from tramnet_protocol.inbox import Inbox
 from tramnet_protocol.keys import Keys
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import (
     NOBODY,
     PROTOCOL_VERSION,
     ROOT,
-    Evaluate,
-    Evolve,
     Failed,
     JoinReply,
     JoinRequest,
@@ -42,15 +41,15 @@ from tramnet_protocol.messages import (
     Refusal,
     Stats,
     Stop,
-    Track,
     Wiring,
     Work,
 )
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node import states
 from tramnet_workers.node.evaluator import Evaluator
+from tramnet_workers.node.links import Links
 from tramnet_workers.node.states import Membership, WorkerStates
-from tramnet_workers.node.supervisor import GAVE_UP, TOLD_TO_END
+from tramnet_workers.node.supervisor import CRASHED, GAVE_UP, TOLD_TO_END
 
 HEARTBEAT = 1.0
 """Period of the heartbeat [s]."""
@@ -64,14 +63,16 @@ JOIN_TIMEOUT = 5.0
 _log = logging.getLogger(__name__)
 
 
-class WiringArrived(Struct, frozen=True):
+class OrderArrived(Struct, frozen=True):
     """A payload on this worker's wiring topic."""
 
     payload: bytes
 
 
 class RootVanished(Struct, frozen=True):
-    """The root's token has disappeared."""
+    """The root's token has disappeared, as seen over this channel."""
+
+    channel: object
 
 
 class Wanted(Struct, frozen=True):
@@ -80,7 +81,7 @@ class Wanted(Struct, frozen=True):
     reason: str
 
 
-Item: TypeAlias = WiringArrived | RootVanished | Wanted
+Item: TypeAlias = OrderArrived | RootVanished | Wanted
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,7 @@ class Home:
     Attributes:
         network: Name of the network.
         supervisor: Name of the supervisor that can replace this process.
+        name: Name of its certificate, or None where it has none.
         patience: How long to look for a root before giving up [s].
         connect: Opens a channel to the root; raises CannotConnect where there is none.
     """
@@ -98,6 +100,7 @@ class Home:
     supervisor: str
     patience: float
     connect: Callable[[], Channel]
+    name: str | None = None
 
 
 @dataclass(slots=True)
@@ -127,13 +130,12 @@ class Service:
         self._inbox: Inbox[Item] = Inbox()
         self._tasks: queue.SimpleQueue[states.Task] = queue.SimpleQueue()
         self._deciding = threading.Lock()  # the states, and in which order instructions follow
-        self._sending = threading.Lock()  # the exchange: a frame's number and its place on the link
         self._gone = threading.Event()  # ends a pause
         self._states = WorkerStates()
         self._tally = _Tally()
         self._host = socket.gethostname()
         self._channel: Channel | None = None
-        self._exchange: Exchange | None = None
+        self._links: Links | None = None
 
     def run(self) -> int:
         """Work until told to end; return the exit status of the process."""
@@ -158,7 +160,7 @@ class Service:
             match task:
                 case states.Start(membership, work):
                     assert evaluator is not None, "work comes after the problem is built"
-                    self._apply(states.Finished(membership, self._evaluate(evaluator, work)))
+                    self._apply(self._evaluate(evaluator, membership, work))
                 case states.Build(membership, setup):
                     try:
                         evaluator = Evaluator(setup)
@@ -171,20 +173,22 @@ class Service:
                     (_log.error if failed else _log.info)("leaving: %s", reason)
                     return GAVE_UP if failed else TOLD_TO_END
 
-    def _evaluate(self, evaluator: Evaluator, work: Work) -> Outcome | Failed:
+    def _evaluate(
+        self, evaluator: Evaluator, membership: Membership, work: Work
+    ) -> states.Finished:
         began = time.perf_counter()
         self._tally.computing = (self._tally.busy_at(began), began)
         try:
-            answer: Outcome | Failed = evaluator.compute(work)
-            if (snapshot := evaluator.snapshot(work)) is not None:
-                self._send(snapshot)  # ahead of the answer it belongs to
+            answer = evaluator.compute(work)
+            finished = states.Finished(membership, answer, evaluator.snapshot(work))
         except Exception as error:  # a user's problem may raise anything
             _log.exception("work %s failed", work.work)
-            answer = Failed(work.work, _words(error), time.perf_counter() - began)
+            failed = Failed(work.work, _words(error), time.perf_counter() - began)
+            finished = states.Finished(membership, failed)
         self._tally.computing = (self._tally.busy_at(time.perf_counter()), None)
         self._tally.chunks += 1
         self._tally.evaluations += work.work.size
-        return answer
+        return finished
 
     # Any thread.
 
@@ -200,8 +204,8 @@ class Service:
                     others.append(instruction)
         for instruction in others:
             match instruction:
-                case states.Answer(_, answer):
-                    self._send(answer)
+                case states.Answer(_, answer, snapshot):
+                    self._send(answer, snapshot)
                 case states.Announce(membership):
                     assert self._channel is not None
                     self._channel.declare_token(self._keys.alive(membership.seat))
@@ -211,15 +215,23 @@ class Service:
                     rejoin = True
         return rejoin
 
-    def _send(self, answer: Outcome | Failed | PopulationSnapshot) -> None:
+    def _send(self, answer: Outcome | Failed, snapshot: PopulationSnapshot | None) -> None:
+        links = self._links
+        if links is None:
+            return  # the root that asked is gone
         began = time.perf_counter()
-        with self._sending:
-            if self._channel is None or self._exchange is None:
-                return  # the root that asked is gone
-            root = (ROOT, self._exchange.wiring.incarnations[ROOT])
-            key, payload = self._exchange.outgoing(root, answer)
-            self._channel.publish(key, payload, Lane.LINK)
+        if snapshot is None:
+            links.send(answer)
+        else:
+            links.send(snapshot, answer)
         self._tally.blocked += time.perf_counter() - began
+
+    def _take(self, header: Header, work: Work) -> None:
+        """Take in work, on a thread that must not wait."""
+        membership = Membership(
+            header.source_incarnation, header.destination, header.destination_incarnation
+        )
+        self._apply(states.WorkReceived(membership, work))
 
     # The post thread: the network.
 
@@ -227,9 +239,10 @@ class Service:
         try:
             while self._visit():
                 pass
-        except Exception as error:
+        except Exception:
+            # Without its post a worker is of no use, and an evaluation may keep the main thread for long.
             _log.exception("the post has failed")
-            self._tasks.put(states.Leave(_words(error), failed=True))
+            os._exit(CRASHED)
 
     def _visit(self) -> bool:
         """Find a root, serve it until it is gone; return whether to look for another."""
@@ -261,6 +274,10 @@ class Service:
         return self._states.phase is states.Phase.GONE
 
     def _join(self, channel: Channel) -> bool:
+        # Before the question: who is answered has seen the root's token, and will see it go.
+        channel.watch_tokens(
+            self._keys.alive(ROOT), lambda _, alive: self._watch_root(channel, alive)
+        )
         request = JoinRequest(
             PROTOCOL_VERSION,
             version("tramnet"),
@@ -270,7 +287,7 @@ class Service:
             self._home.supervisor,
         )
         reply = decode(
-            channel.ask(self._keys.join, encode(Header(), request), JOIN_TIMEOUT)
+            channel.ask(self._where_to_join, encode(Header(), request), JOIN_TIMEOUT)
         ).message()
         if isinstance(reply, Refusal):
             if reply.final:
@@ -280,37 +297,39 @@ class Service:
         if not isinstance(reply, JoinReply):
             raise MalformedFrame(f"found {type(reply).__name__} for an answer to join")
         membership = Membership(reply.root_incarnation, reply.seat, reply.incarnation)
-        with self._sending:
-            identity = Identity(reply.run, reply.seat, reply.incarnation)
-            self._exchange = exchange = Exchange(self._keys, identity, reply.wiring)
-            self._channel = channel
-        channel.subscribe(
-            self._keys.links_to(reply.seat),
-            lambda key, payload: self._take(exchange, key, payload),
-        )
-        channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_wiring)
-        channel.watch_tokens(self._keys.alive(ROOT), self._watch_root)
+        identity = Identity(reply.run, reply.seat, reply.incarnation)
+        self._channel = channel
+        pace = LinkTiming.of(reply.pace) if reply.pace else None
+        self._links = Links(channel, self._keys, identity, reply.wiring, self._take, pace)
+        channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_order)
         self._apply(states.Joined(membership, reply.setup))
         return True
 
-    def _enqueue_wiring(self, key: str, payload: bytes) -> None:
-        self._inbox.put_from(key, len(payload), WiringArrived(payload))
+    def _enqueue_order(self, key: str, payload: bytes) -> None:
+        self._inbox.put_from(key, len(payload), OrderArrived(payload))
 
-    def _watch_root(self, _: str, alive: bool) -> None:
+    @property
+    def _where_to_join(self) -> str:
+        name = self._home.name
+        return self._keys.join if name is None else self._keys.join_as(name)
+
+    def _watch_root(self, channel: Channel, alive: bool) -> None:
         if not alive:
-            self._inbox.put(RootVanished())
+            self._inbox.put(RootVanished(channel))
 
     def _serve(self, channel: Channel) -> bool:
         """Take in what arrives; return whether to look for another root."""
+        links = self._links
+        assert links is not None, "a worker that serves has joined"
         started = time.monotonic()
         next_heartbeat = started
         try:
             while True:
                 item = self._inbox.get(next_heartbeat - time.monotonic())
                 match item:
-                    case WiringArrived(payload):
-                        self._take_wiring(payload)
-                    case RootVanished():
+                    case OrderArrived(payload):
+                        self._take_order(links, payload)
+                    case RootVanished(seen_by) if seen_by is channel:
                         return self._apply(states.RootLost())
                     case Wanted(reason):
                         self._apply(states.StopReceived(reason))
@@ -319,59 +338,36 @@ class Service:
                 now = time.monotonic()
                 if now >= next_heartbeat:
                     next_heartbeat = now + HEARTBEAT
-                    self._send_heartbeat(channel, now - started)
+                    self._send_heartbeat(channel, links, now - started)
         except RemoteProtocolError:
             _log.exception("lost the root")
             return self._apply(states.RootLost())
         finally:
-            with self._sending:
-                self._channel = None
-                self._exchange = None
+            self._links = None
+            self._channel = None
+            links.close()
 
-    # A thread of the transport: frames.
-
-    def _take(self, exchange: Exchange, key: str, payload: bytes) -> None:
-        frame = exchange.incoming(key, payload)
-        if frame is None:
-            return
+    def _take_order(self, links: Links, payload: bytes) -> None:
+        """Take in what the root says past all links."""
         try:
+            frame = decode(payload)
             message = frame.message()
         except MalformedFrame as error:
-            exchange.malformed += 1
-            _log.warning("dropped a frame of the root: %s", error)
-            return
-        header = frame.header
-        if header.source != ROOT:
-            exchange.foreign += 1
-            return
-        membership = Membership(
-            header.source_incarnation, header.destination, header.destination_incarnation
-        )
-        match message:
-            case Evaluate() | Evolve() | Track():
-                self._apply(states.WorkReceived(membership, message))
-            case Stop(reason):
-                self.stop(reason)
-            case _:
-                exchange.foreign += 1
-
-    def _take_wiring(self, payload: bytes) -> None:
-        assert self._exchange is not None
-        try:
-            wiring = decode(payload).message()
-        except MalformedFrame:
             self._tally.malformed += 1
+            _log.warning("dropped an order: %s", error)
             return
-        if isinstance(wiring, Wiring) and wiring.epoch > self._exchange.wiring.epoch:
-            with self._sending:
-                self._exchange.rewire(wiring)
+        if frame.header.run != links.exchange.identity.run:
+            return
+        match message:
+            case Wiring():
+                links.rewire(message)
+            case Stop(reason) if links.exchange.is_for_this_life(frame.header):
+                self._apply(states.StopReceived(reason))
 
-    def _send_heartbeat(self, channel: Channel, uptime: float) -> None:
-        exchange = self._exchange
-        assert exchange is not None
+    def _send_heartbeat(self, channel: Channel, links: Links, uptime: float) -> None:
+        exchange = links.exchange
         identity, tally = exchange.identity, self._tally
-        with self._sending:
-            links, tags = tuple(exchange.counters()), tuple(exchange.tags())
+        counters, tags = links.counters()
         stats = Stats(
             seat=identity.seat,
             incarnation=identity.incarnation,
@@ -383,7 +379,7 @@ class Service:
             chunks=tally.chunks,
             queued=max(0, len(self._states.held) - 1),
             malformed=exchange.malformed + tally.malformed,
-            links=links,
+            links=counters,
             pid=os.getpid(),
             host=self._host,
             tags=tags,

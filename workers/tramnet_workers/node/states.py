@@ -11,7 +11,9 @@ Rules of this file:
 3. Membership is (incarnation of the root, seat, incarnation). Work for another membership is dropped. So is the
    outcome of an evaluation that was begun in one: a computation cannot be interrupted, so it may outlive the
    root that asked for it, and meanwhile the evaluator is busy.
-4. Every chunk begun is answered once, by its outcome or its error, unless the membership ends first.
+4. Every chunk begun is answered, by its outcome or its error, unless the membership ends first. The last outcomes
+   are remembered: a chunk that comes again is answered again, for then the root knows that a TRAM on the way was
+   lost, perhaps with the answer. A chunk that brings state of its own is computed again, which restores that state.
 5. Losing the root ends the membership, not the process; ``Stop`` ends both. After GONE nothing happens.
 """
 
@@ -21,9 +23,19 @@ from typing import TypeAlias
 
 from msgspec import Struct
 
-from tramnet_protocol.messages import Failed, Outcome, Setup, Work, WorkId
+from tramnet_protocol.messages import (
+    Evolve,
+    Failed,
+    Outcome,
+    PopulationSnapshot,
+    Setup,
+    Work,
+    WorkId,
+)
 
 CREDIT = 2
+REMEMBERED = 2 * CREDIT
+"""Outcomes kept to be sent again; the root misses one while others arrive for a moment only."""
 
 
 class Membership(Struct, frozen=True):
@@ -72,6 +84,7 @@ class Finished(Struct, frozen=True):
 
     membership: Membership
     answer: Outcome | Failed
+    snapshot: PopulationSnapshot | None = None
 
 
 class RootLost(Struct, frozen=True):
@@ -108,10 +121,11 @@ class Start(Struct, frozen=True):
 
 
 class Answer(Struct, frozen=True):
-    """Send this answer to the root."""
+    """Send this answer to the root, and ahead of it the snapshot that belongs to it."""
 
     membership: Membership
     answer: Outcome | Failed
+    snapshot: PopulationSnapshot | None = None
 
 
 class Why(enum.Enum):
@@ -169,6 +183,7 @@ class WorkerStates:
             is in work, unless the evaluator is busy with another membership's.
         running: What the evaluator computes, or None.
         rejected: Chunks and outcomes dropped so far.
+        remembered: The last answers of this membership by the chunk they belong to, oldest first.
     """
 
     def __init__(self) -> None:
@@ -177,6 +192,7 @@ class WorkerStates:
         self.held: list[Work] = []
         self.running: tuple[Membership, WorkId] | None = None
         self.rejected: Counter[Why] = Counter()
+        self.remembered: dict[WorkId, Answer] = {}
 
     def handle(self, event: Event) -> list[Instruction]:
         """Instructions that follow from an event."""
@@ -204,6 +220,7 @@ class WorkerStates:
         self.phase = phase
         self.membership = membership
         self.held = []
+        self.remembered = {}
 
     def _joined(self, event: Joined) -> list[Instruction]:
         if event.membership == self.membership:
@@ -238,6 +255,8 @@ class WorkerStates:
             return self._reject(identity, Why.FOREIGN)
         if any(work.work == identity for work in self.held):
             return self._reject(identity, Why.HELD)
+        if identity in self.remembered and not _brings_state(event.work):
+            return [self.remembered[identity]]
         if len(self.held) == CREDIT:
             return self._reject(identity, Why.BEYOND_CREDIT)
         self.held.append(event.work)
@@ -251,8 +270,17 @@ class WorkerStates:
         if not self.held or (event.membership, self.held[0].work) != (self.membership, identity):
             return [*self._reject(identity, Why.FOREIGN), *self._start()]
         del self.held[0]
+        answer = Answer(event.membership, event.answer, event.snapshot)
+        if not isinstance(event.answer, Failed):
+            self._remember(identity, answer)
         # The next chunk starts first: sending takes time in which the evaluator would be idle.
-        return [*self._start(), Answer(event.membership, event.answer)]
+        return [*self._start(), answer]
+
+    def _remember(self, identity: WorkId, answer: Answer) -> None:
+        self.remembered.pop(identity, None)
+        self.remembered[identity] = answer
+        if len(self.remembered) > REMEMBERED:
+            del self.remembered[next(iter(self.remembered))]
 
     def _start(self) -> list[Instruction]:
         """Begin the first chunk held, if the evaluator is free and the problem ready."""
@@ -267,3 +295,8 @@ class WorkerStates:
     def _reject(self, identity: WorkId, why: Why) -> list[Instruction]:
         self.rejected[why] += 1
         return [Reject(identity, why)]
+
+
+def _brings_state(work: Work) -> bool:
+    """Whether what the worker holds follows from this work alone."""
+    return isinstance(work, Evolve) and not (work.problem is None and work.populations is None)

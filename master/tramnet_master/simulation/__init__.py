@@ -1,0 +1,1 @@
+"""A network and a farm in virtual time: what the link books and ``tramnet simulate`` are computed with."""
