@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
-from processes import wait_until
+from processes import Run, starting, wait_until
 
 from tramnet_master import networks
 from tramnet_master.cli import run as run_command
@@ -27,13 +27,19 @@ from tramnet_protocol.transport import open_worker
 
 pytestmark = pytest.mark.system
 
-# Five seconds a hundred generations with one worker: long enough to be looked at.
+# Ten seconds a hundred generations with one worker: long enough to be looked at.
 BUSY = ("run", "problem", "sphere", "--population", 20, "--set", "delay=0.005")
 
 
-@pytest.fixture
-def running(start):
-    run = start(*BUSY, "--workers", 2, "--generations", 5000)
+@pytest.fixture(scope="module")
+def network(tmp_path_factory):
+    """A network that all may watch and nobody ends: what starts commands in it, and its run."""
+    with starting(tmp_path_factory.mktemp("network")) as start:
+        yield start, begin_run(start)
+
+
+def begin_run(start) -> Run:
+    run = start(*BUSY, "--workers", 2, "--generations", 50_000)
     run.wait_for_workers(2)
     run.wait_for_generation(2)
     return run
@@ -43,7 +49,8 @@ def read_objects(text: str) -> list[dict]:
     return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
 
 
-def test_inspect_tells_of_every_tram_and_link(start, running):
+def test_inspect_tells_of_every_tram_and_link(network):
+    start, running = network
     told = start("inspect", "--json", "--sniff")
     shown = start("inspect", "--once")
     rows = start(
@@ -69,20 +76,14 @@ def test_inspect_tells_of_every_tram_and_link(start, running):
     assert [row["link"] for row in table] == ["link/0/1", "link/1/0"]
 
 
-def test_the_live_view_ends_by_q_and_by_ctrl_c_and_with_the_network(start, running):
-    views = [Terminal("inspect") for _ in range(3)]
-    with views[0] as first, views[1] as second, views[2] as third:
-        for view in views:
+def test_the_live_view_ends_by_q_and_by_ctrl_c(network):
+    with Terminal("inspect") as first, Terminal("inspect") as second:
+        for view in (first, second):
             view.wait_for("link/0/1")
         first.type("q")
         second.process.send_signal(signal.SIGINT)
 
         assert [first.finish(), second.finish()] == [0, 0]
-
-        start("stop").finish()
-
-        assert third.finish() == 0
-        assert "network tramnet has ended" in third.output
 
 
 class Terminal:
@@ -127,7 +128,8 @@ class Terminal:
         os.close(self._own)
 
 
-def test_echo_prints_decoded_frames_with_their_arrays_cut_short(start, running):
+def test_echo_prints_decoded_frames_with_their_arrays_cut_short(network):
+    start, _ = network
     frames = start("echo", "link/**", "--tag", "evaluate", "--count", 3, "--timeout", 60)
     beats = start("echo", "stats/*", "--tram", 2, "--count", 1, "--timeout", 60)
     events = start("echo", "events", "--count", 1, "--timeout", 60)
@@ -146,7 +148,8 @@ def test_echo_prints_decoded_frames_with_their_arrays_cut_short(start, running):
     assert "found 0 frames" in silence.output
 
 
-def test_hostile_and_foreign_bytes_are_shown_and_recorded_as_such(start, running, tmp_path):
+def test_hostile_and_foreign_bytes_are_shown_and_recorded_as_such(network, tmp_path):
+    start, running = network
     echo = start("echo", "link/1/9", "--count", 2, "--timeout", 60)
     record = start("record", tmp_path / "a.mcap", "--key", "link/1/9", "--count", 2)
     wait_until((tmp_path / "a.mcap").exists, "the recorder")
@@ -167,7 +170,8 @@ def test_hostile_and_foreign_bytes_are_shown_and_recorded_as_such(start, running
     assert not running.ended
 
 
-def test_recordings_are_whole_however_the_recorder_ends(start, running, tmp_path):
+def test_recordings_are_whole_however_the_recorder_or_the_network_ends(start, tmp_path):
+    running = begin_run(start)
     names = ("interrupted", "terminated", "killed", "outlived")
     files = {name: tmp_path / f"{name}.mcap" for name in names}
     recorders = {name: start("record", file) for name, file in files.items()}
@@ -175,8 +179,12 @@ def test_recordings_are_whole_however_the_recorder_ends(start, running, tmp_path
     for name, number in zip(names, (signal.SIGINT, signal.SIGTERM, signal.SIGKILL), strict=False):
         recorders[name].process.send_signal(number)
     codes = [recorders[name].finish() for name in names[:3]]
-    assert start("stop").finish() == 0
+    with Terminal("inspect") as view:
+        view.wait_for("link/0/1")
+        assert start("stop").finish() == 0
+        assert view.finish() == 0
 
+    assert "network tramnet has ended" in view.output
     assert codes == [0, 0, -signal.SIGKILL]
     assert recorders["outlived"].finish() == 0
     assert running.finish() == 130
@@ -212,9 +220,9 @@ def is_announced() -> bool:
 
 def test_observers_that_are_stopped_change_neither_the_time_nor_the_result(start, tmp_path):
     """What an observer holds up it holds up in every round; what the machine does besides, not in all three."""
-    busy = (*BUSY[:3], "--population", 200, "--set", "dimension=60", "--generations", 400)
+    busy = (*BUSY[:3], "--population", 100, "--set", "dimension=40", "--generations", 300)
     undisturbed = start(*busy, "--workers", 2, out="undisturbed").result()
-    run = start(*busy, "--set", "delay=0.0002", "--workers", 0, out="disturbed")
+    run = start(*busy, "--set", "delay=0.0004", "--workers", 0, out="disturbed")
     wait_until(is_announced, "the network")
     observers = [
         start("inspect", "--follow", "--json"),
