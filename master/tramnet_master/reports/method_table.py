@@ -14,8 +14,8 @@ from rich.text import Text
 
 METHODS = ("mpga", "single-ga", "bilevel-cma")
 
-CAPTION = """Quality: mean dexterity of the links found, with exact poses, over that of the best arm:
-mean (worst) over the seeds, and seconds a run. A population's seconds are those of mpga over its points."""
+CAPTION = """t: task points. Quality: mean dexterity of the links found, with exact poses, over the best arm's:
+mean (worst) over the seeds, and seconds a run. Each: seconds of a population, those of mpga over t."""
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,10 @@ def method_table(outcomes: Sequence[MethodOutcome], budget: int) -> Table:
         title_justify="left", caption_justify="left", title_style="bold", caption_style="",
         box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0),
     )  # fmt: skip
-    table.add_column("points", justify="right")
+    table.add_column("t", justify="right", no_wrap=True)
     for method in METHODS:
         table.add_column(method, justify="right", no_wrap=True)
-    table.add_column("s a population", justify="right")
+    table.add_column("each", justify="right", no_wrap=True)
     for t in sorted({outcome.task_points for outcome in outcomes}):
         row = {outcome.method: outcome for outcome in outcomes if outcome.task_points == t}
         best = max(mean(outcome.quality) for outcome in row.values())
@@ -86,5 +86,5 @@ def _each(outcome: MethodOutcome) -> float:
 
 def _cell(outcome: MethodOutcome, best: float) -> Text:
     found = mean(outcome.quality)
-    text = f"{found:.4f} ({min(outcome.quality):.4f}) {mean(outcome.seconds):6.2f} s"
+    text = f"{found:.4f} ({min(outcome.quality):.3f}) {mean(outcome.seconds):5.2f}"
     return Text(text, style="green" if found == best else "")
