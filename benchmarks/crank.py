@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tramnet_master.console import people
+from tramnet_master.reports.method_table import MethodOutcome, method_table
 from tramnet_workers.evolution.coupling import medians
 from tramnet_workers.evolution.encodings import Layout, decode, gene_steps
 from tramnet_workers.evolution.mpga import run_mpga
@@ -24,6 +26,7 @@ from tramnet_workers.problems.bilevel import polish, run_bilevel, worth
 from tramnet_workers.problems.checks import follow_poses
 from tramnet_workers.problems.crank_design import PlanarDesign
 from tramnet_workers.problems.design_task import DesignTask
+from tramnet_workers.problems.design_yardsticks import best_arm
 from tramnet_workers.problems.progressive import Outcome, advance, begin
 from tramnet_workers.problems.single_design import single_design, single_genetic
 from tramnet_workers.problems.stages import design_stage
@@ -79,13 +82,9 @@ def _problem(
     return stage.problem, replace(genetic, generations=generations or genetic.generations)
 
 
-def _optimum(t: int) -> float:
-    return run_bilevel(_task(t), 2 * BUDGET * t, seed=0).dexterity
-
-
 def _found(t: int, seeds: Iterable[int], search: Callable[[int], tuple[Floats, float]]) -> Found:
     """Run a search that returns lengths and spread; measure the lengths by exact poses."""
-    optimum, q, spreads, seconds = _optimum(t), [], [], 0.0
+    optimum, q, spreads, seconds = best_arm(_task(t)).dexterity, [], [], 0.0
     for seed in seeds:
         started = time.process_time()
         lengths, spread = search(seed)
@@ -186,16 +185,19 @@ def _only_evaluate(problem: PlanarDesign, genetic: GeneticSettings) -> None:
 
 
 def _print_methods(points: Iterable[int], seeds: range) -> None:
-    print(f"methods at equal evaluations, {BUDGET} for each task point: q mean (worst), s a run")
-    print("  t   mpga                     single-ga                bilevel-cma")
+    outcomes = []
     for t in points:
         few = seeds[: max(2, len(seeds) * 8 // t)] if t > 8 else seeds
-        row = [
-            _found(t, few, search)
-            for search in (_by_mpga(t, "recommended"), _by_single_ga(t), _by_bilevel(t))
-        ]
-        cells = (f"{f.q.mean():.4f} ({f.q.min():.4f}) {f.seconds:5.2f}" for f in row)
-        print(f"{t:>3}   " + "    ".join(cells))
+        searches = {
+            "mpga": _by_mpga(t, "recommended"),
+            "single-ga": _by_single_ga(t),
+            "bilevel-cma": _by_bilevel(t),
+        }
+        for method, search in searches.items():
+            found = _found(t, few, search)
+            q = tuple(found.q.tolist())
+            outcomes.append(MethodOutcome(method, t, q, (found.seconds,) * len(q)))
+    people.print(method_table(outcomes, BUDGET))
     print()
 
 

@@ -4,6 +4,7 @@
   x BadInput: what the user gave cannot be used (exit code 2)
     + InvalidFile: a task or run file, with the field that is wrong
     + InvalidOption: an option of the command line
+    + TaskTooLarge: a problem that does not fit into a message
     + OccupiedFolder: the output folder holds a run already
     + OccupiedFile: the output file is there already
     + NotARunFolder: the folder named is not a run's
@@ -13,6 +14,7 @@
     + DamagedCheckpoint
   x UnknownCheckpointVersion
   x RunFailed: the run could not be finished
+  x RunStopped: the run cannot go on now, and can be resumed once the cause is gone
   x Interrupted: the run was asked to stop (exit code 130)
   x NetworkTaken: a live root holds that network name
   x NoNetwork: nothing to connect to
@@ -74,6 +76,22 @@ class InvalidOption(BadInput):
         self.option, self.found, self.expected, self.hint = option, found, expected, hint
         advice = f" ({hint})" if hint else ""
         super().__init__(f"{option}: found {found}, expected {expected}{advice}")
+
+
+class TaskTooLarge(BadInput):
+    """A problem does not fit into the message that tells workers of it.
+
+    Attributes:
+        problem: Name of the problem.
+        reason: Which limit it is above.
+    """
+
+    def __init__(self, problem: str, reason: str) -> None:
+        self.problem, self.reason = problem, reason
+        super().__init__(
+            f"{problem}: found a task that is too large to travel ({reason}), expected one within the limits of "
+            "protocol/README.md; run fewer points, boxes or scenes at once"
+        )
 
 
 class OccupiedFolder(BadInput):
@@ -189,6 +207,19 @@ class UnknownCheckpointVersion(MasterError):
 
 class RunFailed(MasterError):
     """The run could not be finished."""
+
+
+class RunStopped(MasterError):
+    """The run cannot go on now; what it has so far is on disk.
+
+    Attributes:
+        folder: The run folder.
+        reason: Why it stopped, and what would help.
+    """
+
+    def __init__(self, folder: Path, reason: str) -> None:
+        self.folder, self.reason = folder, reason
+        super().__init__(f"{reason}\nthen go on with: tramnet resume {folder}")
 
 
 class Interrupted(MasterError):

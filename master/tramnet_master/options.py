@@ -153,3 +153,31 @@ Mbaud: TypeAlias = Annotated[
         help="Speed of a transputer's links: 5, 10 or 20.",
     ),
 ]  # fmt: skip
+CheckpointGenerations: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        min=0, envvar="TRAMNET_CHECKPOINT_GENERATIONS", rich_help_panel=_RUN,
+        help="Generations between checkpoints; 0 goes by time.",
+    ),
+]  # fmt: skip
+Deadline: TypeAlias = Annotated[
+    float,
+    typer.Option(
+        min=0.01, envvar="TRAMNET_DEADLINE", rich_help_panel=_FARM,
+        help="Seconds any chunk may take; more where ten times its measured cost is more.",
+    ),
+]  # fmt: skip
+WorkerMemory: TypeAlias = Annotated[
+    int,
+    typer.Option(
+        min=0, envvar="TRAMNET_WORKER_MEMORY", rich_help_panel=_FARM,
+        help="Memory a local worker may have in MiB; 0 for any.",
+    ),
+]  # fmt: skip
+Tls: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="TRAMNET_TLS", rich_help_panel=_FARM,
+        help="Folder with this host's certificate and key; see `tramnet certificates`.",
+    ),
+]  # fmt: skip

@@ -29,6 +29,22 @@ class BestFound(Struct, frozen=True):
     generation: int
 
 
+class Messages(Struct, frozen=True):
+    """Messages of one kind that the root sent and received.
+
+    Attributes:
+        sent: How many it sent.
+        sent_bytes: Their size [B].
+        received: How many it received.
+        received_bytes: Their size [B].
+    """
+
+    sent: int
+    sent_bytes: int
+    received: int
+    received_bytes: int
+
+
 class Booked(Struct, frozen=True):
     """The link books in a few numbers, all of virtual time.
 
@@ -57,22 +73,6 @@ class Booked(Struct, frozen=True):
     bytes: int
     busiest: tuple[int, int] | None
     utilisation: float
-
-
-class Messages(Struct, frozen=True):
-    """Messages of one kind that the root sent and received.
-
-    Attributes:
-        sent: How many it sent.
-        sent_bytes: Their size [B].
-        received: How many it received.
-        received_bytes: Their size [B].
-    """
-
-    sent: int
-    sent_bytes: int
-    received: int
-    received_bytes: int
 
 
 class Result(Struct, frozen=True, kw_only=True):

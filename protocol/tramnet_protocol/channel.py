@@ -29,6 +29,10 @@ class Query(Protocol):
     """A question that arrived, answered once or not at all; whoever asked learns it either way."""
 
     @property
+    def key(self) -> str:
+        """Where it is asked."""
+
+    @property
     def payload(self) -> bytes:
         """What is asked."""
 

@@ -34,3 +34,11 @@ class TokenView:
             if key not in self._alive:
                 self._alive[key] = True
                 self._deliver(key, True)
+
+    def lose_all(self) -> None:
+        """Hand on that every token has disappeared: the only connection to those who show them is closed."""
+        with self._lock:
+            gone = [key for key, alive in self._alive.items() if alive]
+            for key in gone:
+                self._alive[key] = False
+                self._deliver(key, False)

@@ -4,6 +4,7 @@ import os
 import shutil
 import struct
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgpack
@@ -165,6 +166,29 @@ def test_a_damaged_checkpoint_is_refused_with_a_message_and_the_one_before_it_is
     assert len(messages) == 1
     assert "checkpoint-00000040.tramnet: damaged" in messages[0]
     assert "the checkpoint before it is used" in messages[0]
+
+
+def damages(content: bytes) -> Iterator[bytes]:
+    """The content cut at every byte, and with every bit flipped."""
+    yield from (content[:length] for length in range(len(content)))
+    for bit in range(8 * len(content)):
+        flipped = bytearray(content)
+        flipped[bit // 8] ^= 1 << bit % 8
+        yield bytes(flipped)
+
+
+def test_whatever_byte_a_checkpoint_is_cut_at_or_bit_is_flipped_the_one_before_it_is_used(
+    store, messages
+):
+    store.save({"genomes": np.arange(3)}, 30)
+    path = store.save({"genomes": np.arange(4)}, 40)
+
+    for n, damaged in enumerate(damages(path.read_bytes()), start=1):
+        path.write_bytes(damaged)
+        latest = store.load_latest()
+        assert latest is not None
+        assert latest.generation == 30
+        assert len(messages) == n
 
 
 def test_a_damaged_checkpoint_is_set_aside_and_told_of_once(store, messages):

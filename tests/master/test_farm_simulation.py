@@ -1,9 +1,9 @@
 """The scheduler and the workers' state machines together, under a fake clock and a fake, faulty network.
 
 Each seed is one schedule: some works of all three kinds, some workers in some topology, and what befalls them.
-Frames go hop by hop and are delayed, reordered, dropped and duplicated; workers are killed, frozen, sent away and
-join late; individuals kill their process, hang, raise or yield NaN; strangers answer. ``TRAMNET_SIMULATION_SEED``
-replays one seed, ``TRAMNET_SIMULATION_SCHEDULES`` sets how many are tried.
+Frames go hop by hop and are delayed, reordered, dropped and duplicated; workers are killed, frozen, cut off, sent
+away and join late; individuals kill their process, hang, raise or yield NaN; strangers answer.
+``TRAMNET_SIMULATION_SEED`` replays one seed, ``TRAMNET_SIMULATION_SCHEDULES`` sets how many are tried.
 """
 
 import functools
@@ -18,6 +18,7 @@ from typing import NamedTuple
 import pytest
 from msgspec import structs
 
+from tramnet_master.farm import allocation
 from tramnet_master.farm.events import (
     Accept,
     Answered,
@@ -44,7 +45,9 @@ from tramnet_master.farm.membership import SILENCE
 from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.farm.ways import ways
+from tramnet_protocol import routes as protocol_routes
 from tramnet_protocol.arrays import Array
+from tramnet_protocol.limits import LEASE_SECONDS
 from tramnet_protocol.messages import (
     Evaluate,
     Evaluated,
@@ -60,7 +63,7 @@ from tramnet_protocol.messages import (
     Work,
     WorkId,
 )
-from tramnet_protocol.routes import Routes
+from tramnet_protocol.routes import KEPT, Routes
 from tramnet_protocol.topology import rewire, shape_named
 from tramnet_workers.node import states
 
@@ -90,7 +93,9 @@ class Process:
         self.states = states.WorkerStates()
         self.alive = True
         self.ready = False
+        self.fresh = True
         self.frozen_until = 0.0
+        self.cut_until = 0.0
 
 
 class Simulation:
@@ -155,7 +160,9 @@ class Simulation:
         for seat in range(1, chance.choice((1, 2, 3, 5, 6)) + 1):
             self.plan(chance.choice((0.0, 0.5, 5.0)), self.spawn, seat)
         for _ in range(chance.choice((0, 0, 2, 5))):
-            befall = chance.choice((self.kill_some, self.freeze_some, self.send_some_away))
+            befall = chance.choice(
+                (self.kill_some, self.freeze_some, self.cut_some, self.send_some_away)
+            )
             self.plan(chance.uniform(0.0, self.calm), befall)
         for _ in range(chance.choice((0, 2))):
             self.plan(chance.uniform(0.0, self.calm), self.answer_as_a_stranger)
@@ -219,8 +226,9 @@ class Simulation:
         process = self.processes[tram.seat]
         if process.tram != tram or not process.alive:
             return
-        if process.frozen_until > self.now:
-            self.plan(process.frozen_until - self.now, self.learn, tram, wiring)
+        deaf_until = max(process.frozen_until, process.cut_until)
+        if deaf_until > self.now:
+            self.plan(deaf_until - self.now, self.learn, tram, wiring)
             return
         process.routes.adopt(wiring)
         ready, process.waiting = process.waiting, []
@@ -230,7 +238,7 @@ class Simulation:
     def pass_on(self, at: Tram, letter: Letter) -> None:
         """Let a frame arrive at a TRAM: for it, to be passed on, or to wait."""
         process = self.processes[at.seat]
-        if process.tram != at or not process.alive:
+        if process.tram != at or not process.alive or process.cut_until > self.now:
             return
         if process.frozen_until > self.now:
             self.plan(process.frozen_until - self.now, self.pass_on, at, letter)
@@ -259,9 +267,9 @@ class Simulation:
 
     # The root.
 
-    def joined(self, tram: Tram) -> None:
-        self.wire((tram.seat, tram))
-        self.tell(WorkerReady(tram))
+    def joined(self, process: Process) -> None:
+        self.wire((process.tram.seat, process.tram))
+        self.tell(WorkerReady(process.tram, process.fresh))
 
     def lost(self, tram: Tram) -> None:
         if self.live.get(tram.seat) == tram:
@@ -381,26 +389,28 @@ class Simulation:
                 self.plan(self.chance.choice((0.01, 1.0)), self.let, process, states.Built(member))
             case states.Announce():
                 process.ready = True
-                self.joined(process.tram)
-            case states.Start(_, work):
-                self.plan(self.cost * work.work.size, self.finish, process, work.work)
-            case states.Answer(_, answer):
-                arrive = functools.partial(self.receive, process.tram, answer)
-                self.step(process.routes, Letter(0, process.routes.wiring.epoch, arrive))
+                self.joined(process)
+            case states.Start(member, work):
+                self.plan(self.cost * work.work.size, self.finish, process, member, work.work)
+            case states.Answer(member, answer):
+                tram = Tram(member.seat, member.incarnation)
+                arrive = functools.partial(self.receive, tram, answer)
+                if process.cut_until <= self.now:
+                    self.step(process.routes, Letter(0, process.routes.wiring.epoch, arrive))
 
     def deliver(self, tram: Tram, work: Work) -> None:
         process = self.processes.get(tram.seat)
-        if process is not None and process.tram == tram:
+        if process is not None and process.tram == tram and process.cut_until <= self.now:
             self.let(process, states.WorkReceived(membership(tram), work))
 
-    def finish(self, process: Process, work: WorkId) -> None:
+    def finish(self, process: Process, member: states.Membership, work: WorkId) -> None:
         faults = {self.poison.get(slot) for slot in slots(work)}
         if "kill" in faults and process.alive:
             self.die(process)
         elif "hang" not in faults:
             failed = Failed(work, "ValueError") if "raise" in faults else None
             answer = failed or outcome(work, self.cost * work.size)
-            self.let(process, states.Finished(membership(process.tram), answer))
+            self.let(process, states.Finished(member, answer))
 
     def receive(self, tram: Tram, answer: Outcome | Failed) -> None:
         if isinstance(answer, Failed):
@@ -442,8 +452,30 @@ class Simulation:
             self.plan(process.frozen_until - self.now, self.thaw, process)
 
     def thaw(self, process: Process) -> None:
-        if process.alive and process.frozen_until <= self.now:
+        if process.alive and max(process.frozen_until, process.cut_until) <= self.now:
             process.quiet_since = math.inf
+
+    def cut_some(self) -> None:
+        """Cut a worker off; one that is silent for longer than its lease has to join again."""
+        process = self.some()
+        if process is None or process.cut_until > self.now:
+            return
+        lasts = self.chance.choice((0.5, 10.0, 30.0))
+        process.cut_until = self.now + lasts
+        process.quiet_since = min(process.quiet_since, self.now)
+        self.plan(lasts, self.thaw, process)
+        if process.ready and lasts > LEASE_SECONDS:
+            self.plan(LEASE_SECONDS, self.lost, process.tram)
+            self.plan(lasts, self.join_again, process, process.tram)
+
+    def join_again(self, process: Process, tram: Tram) -> None:
+        if process.alive and process.tram == tram:
+            self.let(process, states.RootLost())
+            self.incarnations += 1
+            process.tram, process.ready = Tram(tram.seat, self.incarnations), False
+            process.routes, process.waiting = Routes(tram.seat, self.wiring), []
+            process.fresh = False
+            self.let(process, states.Joined(membership(process.tram), SETUP))
 
     def send_some_away(self) -> None:
         process = self.some()
@@ -498,7 +530,7 @@ def seeds() -> range:
     chosen = os.environ.get("TRAMNET_SIMULATION_SEED")
     if chosen is not None:
         return range(int(chosen), int(chosen) + 1)
-    return range(int(os.environ.get("TRAMNET_SIMULATION_SCHEDULES", "2000")))
+    return range(int(os.environ.get("TRAMNET_SIMULATION_SCHEDULES", "1000")))
 
 
 def test_every_evaluation_is_resolved_exactly_once_whatever_happens() -> None:
@@ -555,10 +587,12 @@ class Losses(Simulation):
         self.poison.clear()
 
     def _plan_workers(self) -> None:
-        for seat in range(1, 7):
+        for seat in range(1, 9):
             self.plan(self.chance.choice((0.0, 0.5, 1.0)), self.spawn, seat)
-        for _ in range(5):
-            self.plan(self.chance.uniform(0.5, 5.0), self.kill_some)
+        for _ in range(3):
+            burst = self.chance.uniform(0.5, 4.0)
+            for _ in range(self.chance.randint(1, 4)):
+                self.plan(burst + self.chance.choice((0.0, 0.001, 0.02)), self.kill_some)
 
     def do(self, process: Process, instruction: states.Instruction) -> None:
         if isinstance(instruction, states.Start):
@@ -568,11 +602,16 @@ class Losses(Simulation):
         super().do(process, instruction)
 
 
-def test_a_loss_costs_no_deadline_and_no_work_but_that_of_the_lost_worker(monkeypatch) -> None:
+@pytest.mark.parametrize("kept", [2, KEPT])
+def test_a_loss_costs_no_deadline_and_no_work_but_that_of_the_lost_worker(
+    monkeypatch, kept
+) -> None:
     monkeypatch.setitem(globals(), "Simulation", Losses)
+    monkeypatch.setattr(protocol_routes, "KEPT", kept)
+    monkeypatch.setattr(allocation, "KEPT", kept)
     repeats = 0
 
-    for seed in range(200):
+    for seed in range(100):
         told = [i for _, _, out in play(seed).story for i in out]
         causes = {i.cause for i in told if isinstance(i, Replace)}
         assert causes <= {Cause.FRESH_PROCESS}, f"seed {seed}"

@@ -182,6 +182,21 @@ def test_a_suspect_waits_until_a_busy_worker_has_made_place_for_a_fresh_process(
     assert sends(tried) == [Send(Tram(1, 2), individuals(0, 1))]
 
 
+def test_a_suspect_does_not_go_to_a_process_that_comes_back(make_farm):
+    farm = make_farm(workers=1)
+    farm.teach(Kind.EVALUATE, 0.010, workers=1)
+    [sent] = farm.submit(individuals(0, 1))
+    farm.fail(sent)
+    farm.tell(WorkerLost(Tram(1, 1)))
+
+    worn = farm.tell(WorkerReady(Tram(1, 2), fresh=False))
+    farm.wait(100.0)
+    fresh = farm.tell(WorkerReady(Tram(2, 3)))
+
+    assert sends(worn) == []
+    assert sends(fresh) == [Send(Tram(2, 3), individuals(0, 1))]
+
+
 def test_at_most_half_of_the_workers_are_replaced_for_suspects_at_a_time(make_farm):
     farm = make_farm(workers=4)
     farm.teach(Kind.EVALUATE, 1e-5, workers=4)

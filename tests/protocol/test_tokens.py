@@ -32,3 +32,17 @@ def test_a_token_that_comes_back_is_told_again():
         ("a", False),
         ("a", True),
     ]
+
+
+def test_a_lost_connection_takes_every_token_along_once():
+    seen = []
+    view = TokenView(lambda key, alive: seen.append((key, alive)))
+    view.change("a", True)
+    view.found("b")
+    view.change("b", False)
+
+    view.lose_all()
+    view.lose_all()
+    view.change("a", True)
+
+    assert seen == [("a", True), ("b", True), ("b", False), ("a", False), ("a", True)]

@@ -6,7 +6,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -32,10 +33,10 @@ def wait_until(condition: Callable[[], object], what: str) -> None:
 class Run:
     """A ``tramnet`` command in a process of its own."""
 
-    def __init__(self, folder: Path, arguments: list[str]) -> None:
+    def __init__(self, folder: Path, arguments: list[str], within: Sequence[str] = ()) -> None:
         self.folder = folder
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tramnet_master", *arguments],
+            [*within, sys.executable, "-m", "tramnet_master", *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -69,6 +70,11 @@ class Run:
         wait_until(enough, f"{count} workers")
         return found
 
+    def events(self) -> list[dict[str, object]]:
+        """What its log says so far."""
+        lines = (self.folder / "log.jsonl").read_text().splitlines()
+        return [json.loads(line) for line in lines]
+
     def wait_for_generation(self, number: int) -> None:
         wait_until(
             lambda: self.status().get("generation", -1) >= number or self.ended,
@@ -92,30 +98,38 @@ class Run:
 
 
 @pytest.fixture
-def start(tmp_path, monkeypatch) -> Iterator[Callable[..., Run]]:
+def start(tmp_path) -> Iterator[Callable[..., Run]]:
     """Starts ``tramnet`` commands; ends them, and checks that nothing of them is left."""
-    (tmp_path / "runtime").mkdir(mode=0o700)
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    with starting(tmp_path) as begin:
+        yield begin
+
+
+@contextmanager
+def starting(folder: Path) -> Iterator[Callable[..., Run]]:
+    """Start commands in a runtime folder of their own, and end them with the block."""
+    (folder / "runtime").mkdir(mode=0o700)
     runs: list[Run] = []
     pids: list[int] = []
 
-    def begin(*arguments: object, out: str = "run") -> Run:
+    def begin(*arguments: object, out: str = "run", within: Sequence[str] = ()) -> Run:
         words = [str(word) for word in arguments]
         if words[0] == "run":
-            words += ["--out", str(tmp_path / out), "--no-pictures", "--progress", "quiet"]
-        runs.append(Run(tmp_path / out, words))
+            words += ["--out", str(folder / out), "--no-pictures", "--progress", "quiet"]
+        runs.append(Run(folder / out, words, within))
         pids.append(runs[-1].pid)
         return runs[-1]
 
-    yield begin
-    for run in runs:
-        pids += descendants(run.pid)
-    for run in runs:
-        if not run.ended:
-            run.process.send_signal(signal.SIGCONT)
-            run.process.kill()
-        run.process.communicate()
-    wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(folder / "runtime"))
+        yield begin
+        for run in runs:
+            pids += descendants(run.pid)
+        for run in runs:
+            if not run.ended:
+                run.process.send_signal(signal.SIGCONT)
+                run.process.kill()
+            run.process.communicate()
+        wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
 
 
 def descendants(pid: int) -> list[int]:

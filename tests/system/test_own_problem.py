@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from packages import install
 
 pytestmark = pytest.mark.system
 
@@ -18,16 +19,11 @@ def block(language: str) -> str:
 
 @pytest.fixture
 def installed(tmp_path, monkeypatch):
-    """Puts the example where Python finds installed packages, entry point included."""
-    site = tmp_path / "site"
-    (site / "reach-1.0.dist-info").mkdir(parents=True)
-    (site / "reach.py").write_text(block("python"))
-    (site / "reach-1.0.dist-info" / "METADATA").write_text("Name: reach\nVersion: 1.0\n")
-    name, target = re.findall(r'^(\S+) = "(.*)"$', block("toml"), re.MULTILINE)[0]
-    (site / "reach-1.0.dist-info" / "entry_points.txt").write_text(
-        f"[tramnet.problems]\n{name} = {target}\n"
-    )
-    monkeypatch.setenv("PYTHONPATH", str(site), prepend=":")
+    """Installs the example, entry point included."""
+    ((name, target),) = re.findall(r'^(\S+) = "(.*)"$', block("toml"), re.MULTILINE)
+    module, builder = target.split(":")
+    assert module == name
+    install(tmp_path, monkeypatch, module, block("python"), builder)
 
 
 def test_the_problem_of_the_documentation_is_listed_and_solved(installed, start):

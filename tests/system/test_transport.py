@@ -302,15 +302,27 @@ def test_a_token_disappears_with_its_channel(root):
     assert seen.next() == (KEYS.alive(1), False)
 
 
-def test_the_token_of_a_root_disappears_with_its_channel():
-    with open_root("test", LOOPBACK) as root, open_worker(root.endpoint) as worker:
-        root.declare_token(KEYS.alive(0))
-        seen = watched(worker, KEYS.alive(0))
-        assert seen.next() == (KEYS.alive(0), True)
+ROOT = """
+import sys
+from tramnet_protocol.keys import Keys
+from tramnet_protocol.transport import open_root
+with open_root("test", ["tcp/127.0.0.1:0"]) as channel:
+    channel.declare_token(Keys("test").alive(0))
+    print(channel.endpoint, flush=True)
+    sys.stdin.read()
+"""
 
-        root.close()
 
-        assert seen.next() == (KEYS.alive(0), False)
+def test_a_worker_sees_the_token_of_a_killed_root_disappear():
+    with process(ROOT) as root:
+        endpoint = root.stdout.readline().decode().strip()
+        with open_worker(endpoint) as worker:
+            seen = watched(worker, KEYS.alive(0))
+            assert seen.next() == (KEYS.alive(0), True)
+
+            root.kill()
+
+            assert seen.next() == (KEYS.alive(0), False)
 
 
 def test_a_worker_connects_again_when_the_root_comes_back():

@@ -155,8 +155,9 @@ def test_points_along_a_polyline_are_as_far_apart_as_they_can_be(
     assert (spacings <= length / n_steps + 1e-9).all()
 
 
-def test_a_corner_given_twice_is_one_corner() -> None:
-    twice = points_along([[0, 0, 0], [1, 0, 0], [1, 0, 0], [1, 1, 0]], 10)
+@pytest.mark.parametrize("apart", [0.0, 1e-300, 1e-17])
+def test_a_corner_given_twice_is_one_corner(apart: float) -> None:
+    twice = points_along([[0, 0, 0], [1, 0, 0], [1, 0, apart], [1, 1, 0]], 10)
 
     np.testing.assert_array_equal(twice, points_along([[0, 0, 0], [1, 0, 0], [1, 1, 0]], 10))
 

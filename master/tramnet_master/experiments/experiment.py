@@ -77,6 +77,7 @@ class Experiment:
         paper: The paper's figure for the objective, None where it has none.
         conclude: Writes the files of the experiment's own and returns the result.
         parallelism: How many workers can compute at once at most, or None where there is no such limit.
+        subject: What it is run on, in a few words, where the case does not say it.
     """
 
     name: str
@@ -91,9 +92,10 @@ class Experiment:
     paper: float | None
     conclude: Conclude
     parallelism: int | None = None
+    subject: str = ""
 
     @property
     def title(self) -> str:
         """The run in a few words."""
-        what = f"case {self.case}" if self.case is not None else "own task"
-        return f"{self.name} {what}, {self.method}"
+        case = f"case {self.case}" if self.case is not None else "own task"
+        return f"{self.name} {self.subject or case}, {self.method}"

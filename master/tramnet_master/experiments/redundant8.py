@@ -41,6 +41,7 @@ class Redundant8Options(Struct, frozen=True, kw_only=True, forbid_unknown_fields
         method: The method with all its settings, as plain values.
         subpopulations: Sub-populations that work on each point at once.
         case: 1 for the paper's task, None for a user's own.
+        seed: Seed of all random streams.
     """
 
     tasks: list[dict[str, object]]
@@ -48,6 +49,7 @@ class Redundant8Options(Struct, frozen=True, kw_only=True, forbid_unknown_fields
     method: dict[str, object]
     subpopulations: int = 1
     case: int | None = None
+    seed: int = 1
 
 
 class Choice(NamedTuple):
@@ -96,6 +98,7 @@ def options_of(choice: Choice) -> Redundant8Options:
         method=_method(choice).parameters(),
         subpopulations=choice.subpopulations,
         case=None if own else 1,
+        seed=choice.seed,
     )
 
 
@@ -140,7 +143,7 @@ def prepare(options: Redundant8Options) -> Experiment:
         name=NAME,
         method=method.name,
         case=options.case,
-        seed=method.seed if isinstance(method, Evolution) else 0,
+        seed=options.seed,
         population_size=method.population if isinstance(method, Evolution) else each,
         generations=steps,
         setup=Setup(problem.name, problem.parameters()),
@@ -149,6 +152,7 @@ def prepare(options: Redundant8Options) -> Experiment:
         paper=None,
         conclude=conclude,
         parallelism=options.subpopulations * len(scenes),
+        subject=f"{len(scenes)} scenes" if len(scenes) > 1 else "",
     )
 
 

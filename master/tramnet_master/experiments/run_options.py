@@ -15,7 +15,11 @@ from tramnet_master.traffic.books import LinkBooks
 from tramnet_protocol.edge_list import edge_list_shape
 from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import Pace
+from tramnet_protocol.settings import PRIVATE
 from tramnet_protocol.topology import Shape
+
+ANYWHERE_HERE = "tcp/127.0.0.1:0"
+"""A free port that only this machine reaches."""
 
 NO_NODE = "none"
 """Stands for a node where no link books are to be kept."""
@@ -34,22 +38,37 @@ class RunOptions:
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
         checkpoint_seconds: Time between checkpoints [s].
+        checkpoint_generations: Generations between checkpoints, or 0 for as many as that time lasts.
+        deadline: No chunk's deadline is shorter [s].
+        worker_memory: Memory a local worker may have [MiB], or 0 for any.
         node: Whose machine the link books are kept for, or ``none`` for no books.
         mbaud: Speed of its links [Mbaud].
         pace: Whether frames really take as long as on such links.
+        tls: Folder with the root's certificate, its key and its list of who may join, or None to let all in.
     """
 
     workers: int = 2
     topology: str = "star"
     network: str | None = None
-    listen: str = "tcp/127.0.0.1:0"
+    listen: str = ANYWHERE_HERE
     first_deadline: float = 60.0
     on_failure: str = "penalise"
     allow_mixed: bool = False
     checkpoint_seconds: float = 1.0
+    checkpoint_generations: int = 0
+    deadline: float = 3.0
+    worker_memory: int = 0
     node: str = T805
     mbaud: int = 20
     pace: bool = False
+    tls: Path | None = None
+
+    @property
+    def endpoint(self) -> str:
+        """Where the root listens: where it was told, or on loopback, in private where it has a certificate."""
+        if self.tls and self.listen == ANYWHERE_HERE:
+            return ANYWHERE_HERE.replace("tcp", PRIVATE[0])
+        return self.listen
 
     def shape(self) -> Shape:
         """Return the shape of the network.
@@ -105,7 +124,11 @@ class RunOptions:
         """
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
-        return Rules(first_deadline=self.first_deadline, condemn=self.on_failure != "retry")
+        return Rules(
+            first_deadline=self.first_deadline,
+            least_deadline=self.deadline,
+            condemn=self.on_failure != "retry",
+        )
 
 
 @dataclass(frozen=True)
@@ -141,7 +164,7 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
         raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
     known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
     try:
-        options = msgspec.convert(known, OldOptions, strict=True)
+        options = msgspec.convert(known, OldOptions, strict=True, dec_hook=_path)
     except msgspec.ValidationError as error:
         raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
     listen = options.listen
@@ -150,3 +173,10 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
     return dataclasses.replace(
         options, listen=listen, workers=options.workers if workers is None else workers
     )
+
+
+def _path(kind: type, value: object) -> Path:
+    """Return what msgspec has no type of its own for."""
+    if kind is Path and isinstance(value, str):
+        return Path(value)
+    raise TypeError(f"found {value!r}, expected a path")

@@ -5,14 +5,12 @@ import hashlib
 import itertools
 import os
 import secrets
-import signal
 import socket
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import FrameType
 
 import msgspec
 import numpy as np
@@ -21,7 +19,14 @@ from tramnet_master import networks
 from tramnet_master.checkpoints import Checkpoint
 from tramnet_master.csv_tables import write_table
 from tramnet_master.engines.engine import Engine, HoldsPopulations
-from tramnet_master.errors import Interrupted, NetworkTaken, RunFailed
+from tramnet_master.errors import (
+    CannotWrite,
+    Interrupted,
+    NetworkTaken,
+    RunFailed,
+    RunStopped,
+    TaskTooLarge,
+)
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.experiments.run_options import RunOptions
 from tramnet_master.farm.dispatcher import Farm, Hands
@@ -32,11 +37,15 @@ from tramnet_master.history import History
 from tramnet_master.progress import Outline, Progress
 from tramnet_master.results import BestFound, Booked, Messages, Result, versions
 from tramnet_master.run_folder import HISTORY, LINKS, OpenRunFolder
-from tramnet_protocol.errors import BadTopology
+from tramnet_master.signals import ending, interrupting
+from tramnet_protocol.codec import encode_body
+from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.links import LinkTiming
-from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
 from tramnet_protocol.pacing import Pacer
+from tramnet_protocol.packing import unpack
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -74,13 +83,18 @@ def run(
 
     Raises:
         Interrupted: Somebody asked it to stop.
+        RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
     options.check()
-    with ExitStack() as stack:
+    _check_that_it_travels(experiment.setup)
+    with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
         observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
-        channel = stack.enter_context(open_root(network, [options.listen], observers))
+        credentials = Credentials.load(options.tls) if options.tls else None
+        channel = stack.enter_context(
+            open_root(network, [options.endpoint], observers, credentials)
+        )
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
         claim.announce(
             networks.LiveNetwork(
@@ -88,7 +102,12 @@ def run(
             )
         )
         root = Root(experiment, options, network, channel, folder, progress)
-        return folder.path, stack.enter_context(root).run()
+        try:
+            return folder.path, stack.enter_context(root).run()
+        except (KeyboardInterrupt, BrokenPipeError) as error:
+            raise Interrupted(folder.path) from error
+        except CannotWrite as error:
+            raise RunStopped(folder.path, str(error)) from error
 
 
 class Root:
@@ -131,8 +150,11 @@ class Root:
             kernel_fingerprint(),
             options.allow_mixed,
             options.pace_of_links(),
+            Credentials.load(options.tls).seats() if options.tls else None,
         )
-        hands = Hands(self._replace, self._steer, self._tell, self._give_up, self._restate)
+        hands = Hands(
+            self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
+        )
         self._books = options.books()
         self._pacer = Pacer(channel, LinkTiming.of(house.pace)) if house.pace else None
         self._farm = Farm(
@@ -175,13 +197,16 @@ class Root:
         self._start_workers()
         Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
         self._farm.open()
+        folder.log(
+            "open", {"endpoint": self._channel.endpoint, "generation": experiment.engine.generation}
+        )
         outline = Outline(
             experiment.title,
             experiment.generations,
             experiment.engine.generation,
             experiment.engine.evaluations,
         )
-        with _signals(self._farm.interrupt):
+        with ending(self._farm.interrupt):
             self._progress.start(outline)
             try:
                 with History(folder.path / HISTORY, experiment.engine.generation) as history:
@@ -193,6 +218,9 @@ class Root:
     def _start_workers(self) -> None:
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
         arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
+        arguments += ["--memory", str(self._options.worker_memory)]
+        if self._options.tls:
+            arguments += ["--tls", str(self._options.tls)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -207,11 +235,15 @@ class Root:
         engine, farm = self._experiment.engine, self._farm
         self._wait_for_local_workers()
         self._began = time.monotonic()
-        next_checkpoint = self._began + self._options.checkpoint_seconds
+        due = CheckpointsDue(self._options, self._began)
         next_announcement = self._began
         self._submit_what_can_be_begun()
         while not engine.finished:
-            finished = farm.next_outcome()
+            try:
+                finished = farm.next_outcome()
+            except RunFailed as error:
+                self._save(history, engine)
+                raise RunStopped(self._folder.path, str(error)) from error
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
@@ -231,9 +263,8 @@ class Root:
             if now >= next_announcement or engine.finished:
                 next_announcement = now + ANNOUNCE_PERIOD
                 farm.announce("generation", row._asdict())
-            if now >= next_checkpoint and not engine.finished:
+            if not engine.finished and due.after(engine.generation, now):
                 self._save(history, engine)
-                next_checkpoint = time.monotonic() + self._options.checkpoint_seconds
         self._over = time.monotonic()
 
     def _submit_what_can_be_begun(self) -> None:
@@ -296,12 +327,6 @@ class Root:
         self._folder.write_result(result)
         return result
 
-    def _close_books(self) -> Booked | None:
-        if self._books is None:
-            return None
-        write_table(self._folder.path / LINKS, self._books.totals.columns())
-        return self._books.summary(self._options.mbaud)
-
     def _messages(self) -> dict[str, Messages]:
         counted = self._farm.messages
         return {
@@ -309,6 +334,12 @@ class Root:
             for c in counted
             if c.sent or c.received
         }
+
+    def _close_books(self) -> Booked | None:
+        if self._books is None:
+            return None
+        write_table(self._folder.path / LINKS, self._books.totals.columns())
+        return self._books.summary(self._options.mbaud)
 
     def _elapsed(self, now: float) -> float:
         return self._before.elapsed + now - self._began
@@ -328,7 +359,9 @@ class Root:
             for w, reason in self._farm.condemned
             for i in range(w.first, w.last)
         ]
-        return self._before.condemned + here
+        # A generation that was begun twice, before a resume and after it, condemns the same ones twice.
+        every = [*self._before.condemned, *here]
+        return list({tuple(one.values())[:3]: one for one in every}.values())
 
     # What the farm and people ask for.
 
@@ -347,8 +380,9 @@ class Root:
         return engine.restate(work)
 
     def _ended(self, ended: Ended) -> None:
-        self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
         self._farm.inbox.put(ended)
+        with suppress(CannotWrite):  # on the supervisor's thread; the main one will meet it too
+            self._folder.log("ended", {"pid": ended.pid, "status": ended.status})
 
     def _steer(self, request: ControlRequest) -> ControlReply:
         """Do what somebody asks.
@@ -399,6 +433,34 @@ class Root:
         self._progress.message(text)
 
 
+class CheckpointsDue:
+    """When a checkpoint is due: every so many generations where a number is given, else by time.
+
+    Args:
+        options: The number and the time.
+        now: Monotonic time [s].
+    """
+
+    def __init__(self, options: RunOptions, now: float) -> None:
+        self._every = options.checkpoint_generations
+        self._period = options.checkpoint_seconds
+        self._next = now + self._period
+
+    def after(self, generation: int, now: float) -> bool:
+        """Return whether one is due at the end of a generation.
+
+        Args:
+            generation: Its number, from 1.
+            now: Monotonic time [s].
+        """
+        if self._every:
+            return generation % self._every == 0
+        if now < self._next:
+            return False
+        self._next = now + self._period
+        return True
+
+
 @dataclass(frozen=True)
 class _Past:
     """What the parts of a run before a resume have used up."""
@@ -421,6 +483,18 @@ def population_hash(engine: Engine) -> str:
         little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
         digest.update(little.tobytes())
     return digest.hexdigest()
+
+
+def _check_that_it_travels(setup: Setup) -> None:
+    """Check that workers can be told of a problem, before any of them is asked to come.
+
+    Raises:
+        TaskTooLarge: It is above a limit of the protocol.
+    """
+    try:
+        unpack(encode_body(setup))
+    except (MessageTooLarge, MalformedFrame) as error:
+        raise TaskTooLarge(setup.problem, str(error)) from error
 
 
 @contextmanager
@@ -454,26 +528,10 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "tls": options.tls and options.tls.absolute(),
             "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,
         },
         experiment.name: dict(experiment.document),
     }
-
-
-@contextmanager
-def _signals(interrupt: Callable[[], None]) -> Iterator[None]:
-    """Have the first Ctrl-C, SIGTERM or closed terminal end the run in order; a second one at once."""
-
-    def first(number: int, _: FrameType | None) -> None:
-        signal.signal(number, signal.default_int_handler)
-        interrupt()
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, first) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)

@@ -19,6 +19,7 @@ from msgspec import Struct
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
 from tramnet_master.farm.books import Books, NoBooks
+from tramnet_master.farm.changes import Changes
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
 from tramnet_master.farm.holders import Holders
@@ -115,6 +116,7 @@ class Hands:
         tell: Takes a line for people.
         give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
         restate: Adds to work on populations the state that a worker needs who does not hold them.
+        note: Writes down that a worker joined, was lost or is replaced.
     """
 
     replace: Callable[[Member, str], None]
@@ -122,6 +124,7 @@ class Hands:
     tell: Callable[[str], None]
     give_up: Callable[[str], None]
     restate: Callable[[Evolve], Evolve]
+    note: Callable[[str, Mapping[str, object]], None]
 
 
 class Finished(NamedTuple):
@@ -196,6 +199,7 @@ class Farm:
         self._snapshots: dict[Tram, PopulationSnapshot] = {}  # until the answer they belong to
         # The outcome whose instructions are carried out, and the work it belongs to.
         self._arrived: tuple[Collection, Outcome] | None = None
+        self._changes = Changes()
         self._stalled: list[Tram] = []  # to be wired out when all instructions are carried out
         self._started = time.monotonic()
         self._next_heartbeat = self._started
@@ -223,14 +227,16 @@ class Farm:
         )
         channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
         channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
-        channel.serve(
             keys.control,
             lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
         )
+        # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
+        for key in (keys.join, keys.join_as_anybody):
+            channel.serve(
+                key,
+                lambda query: inbox.put_from(query.key, len(query.payload), JoinAsked(query)),
+            )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -307,10 +313,12 @@ class Farm:
 
     def _turn(self, patience: float = TICK) -> None:
         now = time.monotonic()
-        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_heartbeat - now)))
+        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_due() - now)))
         if item is not None:
             self._take(item)
         now = time.monotonic()
+        if self._changes.due is not None and now >= self._changes.due:
+            self._settle()
         if self.inbox.empty or now >= self._next_tick:
             due = self._scheduler.next_time()
             if due is not None and due <= now:
@@ -319,6 +327,10 @@ class Farm:
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT
             self._publish(self._keys.stats(ROOT), self._stats(now), Lane.TELEMETRY)
+
+    def _next_due(self) -> float:
+        changes = self._changes.due
+        return self._next_heartbeat if changes is None else min(changes, self._next_heartbeat)
 
     def _take(self, item: Item) -> None:
         match item:
@@ -389,19 +401,20 @@ class Farm:
         seat = parse(key).seats[0]
         if seat == ROOT:
             return
+        now = time.monotonic()
         if alive:
-            member = self.membership.appeared(seat, time.monotonic())
+            member = self.membership.appeared(seat, now)
             if member is not None:
-                self._rewire()
                 self._tell_joined(member)
-                self._handle(events.WorkerReady(member.tram))
+                self._changes.join(member.tram, now)
             return
         member = self.membership.vanished(seat)
         if member is not None:
             self._lose(member, "is lost")
 
     def _take_join(self, query: Query) -> None:
-        query.reply(self.reception.join(query.payload, time.monotonic()))
+        name = self._keys.asker(query.key)
+        query.reply(self.reception.join(query.payload, time.monotonic(), name))
 
     def _take_end(self, ended: Ended) -> None:
         """Free at once the seat of a local process that ended before its token appeared."""
@@ -412,10 +425,13 @@ class Farm:
     def _handle(self, event: events.Event) -> None:
         for instruction in self._scheduler.handle(event, time.monotonic()):
             self._carry_out(instruction)
-        while self._stalled:
-            member = self.membership.expel(self._stalled.pop())
-            if member is not None:
-                self._lose(member, "has fallen silent and is wired out")
+        if self._stalled:
+            expelled = [self.membership.expel(tram) for tram in self._stalled]
+            self._stalled.clear()
+            for member in expelled:
+                if member is not None:
+                    self._lose(member, "has fallen silent and is wired out")
+            self._settle()
 
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
@@ -498,7 +514,7 @@ class Farm:
             "supervisor": member.request.supervisor,
             "cause": cause,
         }
-        self.announce("replace", detail)
+        self._tell_all("replace", detail)
         self._hands.replace(member, cause)
 
     # Workers and wires.
@@ -507,9 +523,8 @@ class Farm:
         self.lost += 1
         self._snapshots.pop(member.tram, None)
         self._hands.tell(f"TRAM {member.tram.seat} {what}")
-        self.announce("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
-        self._rewire()
-        self._handle(events.WorkerLost(member.tram))
+        self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
+        self._changes.lose(member.tram, time.monotonic())
 
     def _tell_joined(self, member: Member) -> None:
         detail = {
@@ -519,11 +534,16 @@ class Farm:
             "pid": member.request.pid,
             "live": len(self.membership.live),
         }
-        self.announce("joined", detail)
+        self._tell_all("joined", detail)
 
-    def _rewire(self) -> None:
-        """Have everybody send by the new wiring, and tell the scheduler; who joined or was lost comes after."""
-        wiring, live = self.membership.wiring, self.membership.live
+    def _tell_all(self, name: str, detail: Mapping[str, object]) -> None:
+        self._hands.note(name, detail)
+        self.announce(name, detail)
+
+    def _settle(self) -> None:
+        """Have everybody send by a new wiring, and tell the scheduler of that and of who joined and was lost."""
+        changes, self._changes = self._changes, Changes()
+        wiring, live = self.membership.rewire(), self.membership.live
         self._exchange.rewire(wiring)
         self._books.rewired(wiring)
         self.inbox.widen(len(live))
@@ -532,6 +552,12 @@ class Farm:
             self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
         self._handle(events.Rewired(ways(wiring)))
         self.announce("rewired", {"epoch": wiring.epoch, "live": len(live)})
+        if changes.lost:
+            self._handle(events.WorkerLost(changes.lost[0], tuple(changes.lost[1:])))
+        for tram in changes.joined:
+            joined = self.membership.find(tram)
+            if joined is not None:
+                self._handle(events.WorkerReady(tram, joined.fresh))
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)

@@ -47,9 +47,15 @@ class WorkSubmitted(Struct, frozen=True):
 
 
 class WorkerReady(Struct, frozen=True):
-    """A worker has built the problem and can take work; its process has had none yet."""
+    """A worker has built the problem and can take work.
+
+    Attributes:
+        tram: The worker.
+        fresh: Whether its process never had work; one that was cut off and has come back had.
+    """
 
     tram: Tram
+    fresh: bool = True
 
 
 class WorkerLeaving(Struct, frozen=True):
@@ -59,9 +65,16 @@ class WorkerLeaving(Struct, frozen=True):
 
 
 class WorkerLost(Struct, frozen=True):
-    """The worker is gone: its token or its transport has disappeared."""
+    """The worker is gone: its token or its transport has disappeared.
+
+    Attributes:
+        tram: The worker.
+        others: Those lost together with it: a machine, or a supervisor's all. Nothing is given to one of them for
+            being told of it a moment later.
+    """
 
     tram: Tram
+    others: tuple[Tram, ...] = ()
 
 
 class Answered(Struct, frozen=True):

@@ -105,9 +105,10 @@ class Roster:
         worker = self.workers.get(tram.seat)
         return worker if worker is not None and worker.tram == tram else None
 
-    def add(self, tram: Tram) -> Worker:
-        """Take in a new worker."""
+    def add(self, tram: Tram, fresh: bool) -> Worker:
+        """Take in a new worker, fresh or with a past."""
         worker = self.workers[tram.seat] = Worker(tram)
+        worker.fresh = fresh
         self.n_working += 1
         self.place(worker)
         return worker

@@ -102,11 +102,11 @@ class Scheduler:
                 self._allocation.rewire(event.routes)
                 return self._turn.out  # who joined or was lost comes next
             case WorkerReady():
-                self._joined(event.tram)
+                self._joined(event)
             case WorkerLeaving():
                 self._leaving(event.tram)
             case WorkerLost():
-                self._lost(event.tram)
+                self._lost(event.tram, *event.others)
             case Raised():
                 self._raised(event)
         self._allocation.dispatch()
@@ -207,27 +207,31 @@ class Scheduler:
         if self._ledger.settle(batch):
             self._turn.out.append(Resolved(batch.work))
 
-    def _joined(self, tram: Tram) -> None:
+    def _joined(self, event: WorkerReady) -> None:
+        tram = event.tram
         present = self._roster.workers.get(tram.seat)
         if present is not None:
             if tram.incarnation <= present.tram.incarnation:
                 return
             self._lost(present.tram)
-        self._roster.add(tram)
-        self._allocation.suspects.welcome()
+        self._roster.add(tram, event.fresh)
+        if event.fresh:
+            self._allocation.suspects.welcome()
 
     def _leaving(self, tram: Tram) -> None:
         worker = self._roster.find(tram)
         if worker is not None:
             self._retire(worker, blame=None)
 
-    def _lost(self, tram: Tram) -> None:
-        worker = self._roster.find(tram)
-        if worker is not None:
+    def _lost(self, *trams: Tram) -> None:
+        found = [worker for tram in trams if (worker := self._roster.find(tram)) is not None]
+        for worker in found:
             self._retire(worker, blame="its worker died")
             self._roster.remove(worker)
-            self._stalled.discard(tram)
-            self._allocation.repeat_what_passed(tram)
+        lost = frozenset(worker.tram for worker in found)
+        self._stalled -= lost
+        if lost:
+            self._allocation.repeat_what_passed(lost)
 
     def _overdue(self, worker: Worker, silent: frozenset[Tram]) -> None:
         way = (*self._allocation.routes.get(worker.tram, ()), worker.tram)

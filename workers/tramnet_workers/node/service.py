@@ -49,7 +49,7 @@ from tramnet_workers.node import states
 from tramnet_workers.node.evaluator import Evaluator
 from tramnet_workers.node.links import Links
 from tramnet_workers.node.states import Membership, WorkerStates
-from tramnet_workers.node.supervisor import GAVE_UP, TOLD_TO_END
+from tramnet_workers.node.supervisor import CRASHED, GAVE_UP, TOLD_TO_END
 
 HEARTBEAT = 1.0
 """Period of the heartbeat [s]."""
@@ -70,7 +70,9 @@ class OrderArrived(Struct, frozen=True):
 
 
 class RootVanished(Struct, frozen=True):
-    """The root's token has disappeared."""
+    """The root's token has disappeared, as seen over this channel."""
+
+    channel: object
 
 
 class Wanted(Struct, frozen=True):
@@ -89,6 +91,7 @@ class Home:
     Attributes:
         network: Name of the network.
         supervisor: Name of the supervisor that can replace this process.
+        name: Name of its certificate, or None where it has none.
         patience: How long to look for a root before giving up [s].
         connect: Opens a channel to the root; raises CannotConnect where there is none.
     """
@@ -97,6 +100,7 @@ class Home:
     supervisor: str
     patience: float
     connect: Callable[[], Channel]
+    name: str | None = None
 
 
 @dataclass(slots=True)
@@ -235,9 +239,10 @@ class Service:
         try:
             while self._visit():
                 pass
-        except Exception as error:
+        except Exception:
+            # Without its post a worker is of no use, and an evaluation may keep the main thread for long.
             _log.exception("the post has failed")
-            self._tasks.put(states.Leave(_words(error), failed=True))
+            os._exit(CRASHED)
 
     def _visit(self) -> bool:
         """Find a root, serve it until it is gone; return whether to look for another."""
@@ -269,6 +274,10 @@ class Service:
         return self._states.phase is states.Phase.GONE
 
     def _join(self, channel: Channel) -> bool:
+        # Before the question: who is answered has seen the root's token, and will see it go.
+        channel.watch_tokens(
+            self._keys.alive(ROOT), lambda _, alive: self._watch_root(channel, alive)
+        )
         request = JoinRequest(
             PROTOCOL_VERSION,
             version("tramnet"),
@@ -278,7 +287,7 @@ class Service:
             self._home.supervisor,
         )
         reply = decode(
-            channel.ask(self._keys.join, encode(Header(), request), JOIN_TIMEOUT)
+            channel.ask(self._where_to_join, encode(Header(), request), JOIN_TIMEOUT)
         ).message()
         if isinstance(reply, Refusal):
             if reply.final:
@@ -293,16 +302,20 @@ class Service:
         pace = LinkTiming.of(reply.pace) if reply.pace else None
         self._links = Links(channel, self._keys, identity, reply.wiring, self._take, pace)
         channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_order)
-        channel.watch_tokens(self._keys.alive(ROOT), self._watch_root)
         self._apply(states.Joined(membership, reply.setup))
         return True
 
     def _enqueue_order(self, key: str, payload: bytes) -> None:
         self._inbox.put_from(key, len(payload), OrderArrived(payload))
 
-    def _watch_root(self, _: str, alive: bool) -> None:
+    @property
+    def _where_to_join(self) -> str:
+        name = self._home.name
+        return self._keys.join if name is None else self._keys.join_as(name)
+
+    def _watch_root(self, channel: Channel, alive: bool) -> None:
         if not alive:
-            self._inbox.put(RootVanished())
+            self._inbox.put(RootVanished(channel))
 
     def _serve(self, channel: Channel) -> bool:
         """Take in what arrives; return whether to look for another root."""
@@ -316,7 +329,7 @@ class Service:
                 match item:
                     case OrderArrived(payload):
                         self._take_order(links, payload)
-                    case RootVanished():
+                    case RootVanished(seen_by) if seen_by is channel:
                         return self._apply(states.RootLost())
                     case Wanted(reason):
                         self._apply(states.StopReceived(reason))

@@ -30,12 +30,14 @@ LONGEST_PAUSE = 5.0
 GRACE = 1.5
 """Time a process has to end by itself when the supervisor closes [s]."""
 
+TOLD_TO_END = 100
+"""Exit status of a worker that was told to end; not 0, with which an evaluation may end its process."""
 
-TOLD_TO_END = 0
-"""Exit status of a worker that was told to end."""
-
-GAVE_UP = 3
+GAVE_UP = 101
 """Exit status of a worker that is of no use here: it was refused, or found no root."""
+
+CRASHED = 102
+"""Exit status of a worker that met what it should not."""
 
 _ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 

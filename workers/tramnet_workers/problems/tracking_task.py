@@ -229,9 +229,10 @@ def points_along(points: ArrayLike, n_steps: int) -> Array:
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     if not lengths.sum() > 0.0:
         raise InvalidTask("points", "a line of no length", "two different points at least")
-    # Corners that are given twice have no place of their own along the line.
-    kept = np.append(True, lengths > 0.0)
-    corners, along = corners[kept], np.append(0.0, np.cumsum(lengths[lengths > 0.0]))
+    along = np.append(0.0, np.cumsum(lengths))
+    # Corners that are given twice, or nearly so, have no place of their own along the line.
+    kept = np.append(True, np.diff(along) > 0.0)
+    corners, along = corners[kept], along[kept]
     places = along[-1] * np.arange(n_steps + 1) / n_steps
     piece = np.clip(np.searchsorted(along, places, side="right") - 1, 0, len(corners) - 2)
     share = (places - along[piece]) / (along[piece + 1] - along[piece])
