@@ -14,7 +14,6 @@ from tramnet_master.reports.style import (
     new_figure,
 )
 from tramnet_master.simulation.prediction import Prediction
-from tramnet_master.wording import time_span
 
 HEIGHT = 4.8  # [inch]
 _DENSE = 200  # points of a smooth curve
@@ -23,10 +22,7 @@ _DENSE = 200  # points of a smooth curve
 def draw_scaling(prediction: Prediction) -> Figure:
     """Two panels: speed-up, with the master-slave model beside it; efficiency and the busiest link."""
     workload = prediction.workload
-    caption = (
-        f"{prediction.machine}, {prediction.topology}  ·  {workload.population} individuals of "
-        f"{time_span(workload.evaluation)}, {workload.generations} generations"
-    )
+    caption = f"{prediction.machine}, {prediction.topology}  ·  {workload.description}"
     figure = new_figure(HEIGHT, f"Predicted: {workload.name}", caption)
     left, right = figure.subplots(1, 2)
     _draw_speed_up(left, prediction)
