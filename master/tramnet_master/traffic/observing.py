@@ -5,21 +5,22 @@ wants it (Ctrl-C, SIGTERM, a closed terminal: a second one ends the process at o
 good. Nothing here asks the root for anything but its status.
 """
 
-import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
+from pathlib import Path
 from typing import Self
 
 from tramnet_master import networks
 from tramnet_master.control import locate, question
 from tramnet_master.errors import NoNetwork, RunFailed
+from tramnet_master.signals import ending
 from tramnet_protocol.channel import Channel
 from tramnet_protocol.errors import ChannelClosed, NoAnswer
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ROOT, ControlRequest
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import open_observer
 
 GRACE = 1.0
@@ -144,12 +145,15 @@ class StatusPoll(threading.Thread):
 
 
 @contextmanager
-def observe(connect: str | None, network: str | None) -> Iterator[Observation]:
+def observe(
+    connect: str | None, network: str | None, tls: Path | None = None
+) -> Iterator[Observation]:
     """Attach to a network until the block ends; Ctrl-C and SIGTERM set ``stopped`` meanwhile.
 
     Args:
         connect: Endpoint of the root for observers, or None.
         network: Name of the network, or None for the only live one.
+        tls: Folder with the root's certificate, for a root elsewhere that asks for one.
 
     Raises:
         NoNetwork: None is alive here, or none of that name.
@@ -157,22 +161,7 @@ def observe(connect: str | None, network: str | None) -> Iterator[Observation]:
         CannotConnect: Nobody listens there.
     """
     live = locate(connect, network)
-    with open_observer(live.observers) as channel:
+    with open_observer(live.observers, Credentials.load(tls) if tls else None) as channel:
         observation = Observation(live, channel)
-        with _signals(observation.stopped.set):
+        with ending(observation.stopped.set):
             yield observation
-
-
-@contextmanager
-def _signals(stop: Callable[[], None]) -> Iterator[None]:
-    def first(number: int, _: FrameType | None) -> None:
-        signal.signal(number, signal.default_int_handler)
-        stop()
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, first) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
