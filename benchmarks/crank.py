@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
 
-from tramnet_master.console import people
 from tramnet_master.reports.method_table import MethodOutcome, method_table
 from tramnet_workers.evolution.coupling import medians
 from tramnet_workers.evolution.encodings import Layout, decode, gene_steps
@@ -197,8 +197,7 @@ def _print_methods(points: Iterable[int], seeds: range) -> None:
             found = _found(t, few, search)
             q = tuple(found.q.tolist())
             outcomes.append(MethodOutcome(method, t, q, (found.seconds,) * len(q)))
-    people.print(method_table(outcomes, BUDGET))
-    print()
+    Console(highlight=False).print(method_table(outcomes, BUDGET))
 
 
 def _print_progressive(seeds: range) -> None:
