@@ -8,7 +8,7 @@ import typer
 
 from tramnet_master.console import people, write
 from tramnet_master.errors import InvalidOption, NothingHeard
-from tramnet_master.options import Connect, Network
+from tramnet_master.options import Connect, Network, Tls
 from tramnet_master.traffic.echo import Echo, Wanted, full_pattern
 from tramnet_master.traffic.intake import Intake
 from tramnet_master.traffic.observing import Observation, observe
@@ -50,6 +50,7 @@ def echo(
     key: Key = "**",
     connect: Connect = None,
     network: Network = None,
+    tls: Tls = None,
     tag: Tags = None,
     tram: Trams = None,
     count: Count = 0,
@@ -63,7 +64,7 @@ def echo(
     """
     began = time.monotonic()
     wanted = Wanted(frozenset(_known_tags(tag or [])), frozenset(tram or []))
-    with observe(connect, network) as observation:
+    with observe(connect, network, tls) as observation:
         intake = Intake()
         observation.channel.subscribe(full_pattern(observation.live.network, key), intake.put)
         run = read_status(observation.first_status()).run

@@ -13,7 +13,7 @@ from rich.live import Live
 
 from tramnet_master.console import people, write
 from tramnet_master.errors import InvalidOption
-from tramnet_master.options import Connect, Network
+from tramnet_master.options import Connect, Network, Tls
 from tramnet_master.traffic.controls import View, press
 from tramnet_master.traffic.inspector import Inspector
 from tramnet_master.traffic.keyboard import open_keyboard
@@ -107,6 +107,7 @@ Filter: TypeAlias = Annotated[
 def inspect(
     connect: Connect = None,
     network: Network = None,
+    tls: Tls = None,
     once: Once = False,
     json: Json = False,
     csv: Csv = False,
@@ -127,7 +128,7 @@ def inspect(
     selection = Selection(parse_filter(filter), parse_sort(sort), reverse)
     tables = _tables(show, csv, sniff)
     view = View(tables, selection, filter, _choices(tables, sniff))
-    with observe(connect, network) as observation:
+    with observe(connect, network, tls) as observation:
         watch = Watch(observation, Inspector(), Sniffer() if sniff else None)
         watch.begin()
         if json or csv:

@@ -14,7 +14,7 @@ import typer
 from tramnet_master.console import people
 from tramnet_master.errors import OccupiedFile
 from tramnet_master.files import writing
-from tramnet_master.options import Connect, Network
+from tramnet_master.options import Connect, Network, Tls
 from tramnet_master.traffic.echo import full_pattern
 from tramnet_master.traffic.intake import Intake
 from tramnet_master.traffic.observing import Observation, observe
@@ -61,6 +61,7 @@ def record(
     out: Out,
     connect: Connect = None,
     network: Network = None,
+    tls: Tls = None,
     key: Key = "**",
     count: Count = 0,
     timeout: Timeout = 0.0,
@@ -75,7 +76,7 @@ def record(
     """
     if out.exists() and not overwrite:
         raise OccupiedFile(out)
-    with observe(connect, network) as observation:
+    with observe(connect, network, tls) as observation:
         intake = Intake()
         observation.channel.subscribe(full_pattern(observation.live.network, key), intake.put)
         about = _about(observation, arrays)

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
 from typing import Self
 
@@ -20,6 +21,7 @@ from tramnet_protocol.channel import Channel
 from tramnet_protocol.errors import ChannelClosed, NoAnswer
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ROOT, ControlRequest
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import open_observer
 
 GRACE = 1.0
@@ -144,12 +146,15 @@ class StatusPoll(threading.Thread):
 
 
 @contextmanager
-def observe(connect: str | None, network: str | None) -> Iterator[Observation]:
+def observe(
+    connect: str | None, network: str | None, tls: Path | None = None
+) -> Iterator[Observation]:
     """Attach to a network until the block ends; Ctrl-C and SIGTERM set ``stopped`` meanwhile.
 
     Args:
         connect: Endpoint of the root for observers, or None.
         network: Name of the network, or None for the only live one.
+        tls: Folder with the root's certificate, for a root elsewhere that asks for one.
 
     Raises:
         NoNetwork: None is alive here, or none of that name.
@@ -157,7 +162,8 @@ def observe(connect: str | None, network: str | None) -> Iterator[Observation]:
         CannotConnect: Nobody listens there.
     """
     live = locate(connect, network)
-    with open_observer(live.observers) as channel:
+    credentials = Credentials.load(tls) if tls else None
+    with open_observer(live.observers, credentials) as channel:
         observation = Observation(live, channel)
         with _signals(observation.stopped.set):
             yield observation
