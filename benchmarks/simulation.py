@@ -25,8 +25,9 @@ from tramnet_master.run_folder import HISTORY
 from tramnet_master.simulation.agenda import SECOND
 from tramnet_master.simulation.farm import VirtualFarm
 from tramnet_master.simulation.machines import T805, TODAY, Machine, machine
+from tramnet_master.simulation.measuring import measure
 from tramnet_master.simulation.prediction import lay, predict
-from tramnet_master.simulation.workload import Workload, measure
+from tramnet_master.simulation.workload import Workload
 from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.topology import SHAPES
 

@@ -3,6 +3,7 @@ import pytest
 from tramnet_master.farm.events import Tram
 from tramnet_master.farm.membership import EXPECTED_FOR, SILENCE, Membership
 from tramnet_protocol.errors import BadTopology
+from tramnet_protocol.limits import MAX_ITEMS
 from tramnet_protocol.messages import JoinRequest, Stats, Wiring
 from tramnet_protocol.topology import shape_named
 
@@ -140,3 +141,12 @@ def test_a_process_that_comes_back_is_not_fresh(membership):
         lost = membership.vanished(1)
         assert lost is not None
         assert lost.fresh is (lost.tram.incarnation < 3)
+
+
+def test_a_wiring_never_has_more_links_than_a_message_tells_of():
+    membership = Membership(shape_named("torus"), root_incarnation=99)
+    while len(membership.members) + 1 < MAX_ITEMS // 2:
+        membership.admit(request(), 0.0)
+
+    with pytest.raises(BadTopology, match=r"found 4097 links of a torus .* use tree"):
+        membership.admit(request(), 0.0)

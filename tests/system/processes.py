@@ -18,7 +18,7 @@ from tramnet_master.errors import NoNetwork
 from tramnet_protocol.errors import ProtocolError
 from tramnet_protocol.messages import ControlRequest
 
-PATIENCE = 240.0
+PATIENCE = 120.0
 """Longest wait for a condition, on a machine that does much else [s]."""
 
 

@@ -61,7 +61,9 @@ def root(secure, tmp_path):
     observers = f"unixsock-stream/{tmp_path}/o"
     with open_root("tramnet", ["tls/127.0.0.1:0"], observers, credentials) as channel:
         channel.told = told
-        channel.subscribe(KEYS.everything, note)
+        # As a root does, which those who may come are told of; and all the rest, to hear what should not pass.
+        for pattern in (KEYS.links_to(0), KEYS.all_stats, KEYS.everything):
+            channel.subscribe(pattern, note)
         channel.watch_tokens(KEYS.all_alive, note)
         for key in (KEYS.join, KEYS.join_as_anybody, KEYS.control):
             channel.serve(key, lambda query: query.reply(query.key.encode()))

@@ -6,9 +6,12 @@ wired in, for one that still compiles would hold up those behind it. One that ha
 wired in, until its token is gone. Then the seat is free again, so a token never belongs to two lives of a seat.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from tramnet_master.farm.events import Tram
+from tramnet_protocol.errors import BadTopology
+from tramnet_protocol.limits import MAX_ITEMS
 from tramnet_protocol.messages import ROOT, JoinRequest, Stats, Wiring
 from tramnet_protocol.topology import ALL_SEATS, Shape, lowest_free_seat, rewire
 
@@ -96,6 +99,7 @@ class Membership:
         self._forget_the_never_seen(now)
         self._shape.check_room(len(self._members) + 2)
         seat = lowest_free_seat(self._members, seats)
+        self._check_links({ROOT, seat, *self._members})
         self._incarnations += 1
         member = Member(Tram(seat, self._incarnations), request, now)
         self._members[seat] = member
@@ -164,6 +168,17 @@ class Membership:
         """Return a worker by seat and incarnation, if it has its seat still."""
         member = self._members.get(tram.seat)
         return member if member is not None and member.tram == tram else None
+
+    def _check_links(self, seats: Collection[int]) -> None:
+        """Check that a wiring can tell of all links; with up to half as many TRAMs it always can."""
+        if len(seats) <= MAX_ITEMS // 2:
+            return
+        n_links = len(self._shape.connect(seats).edges)
+        if n_links > MAX_ITEMS:
+            raise BadTopology(
+                f"found {n_links} links of a {self._shape.name} over {len(seats)} TRAMs, and a message "
+                f"tells of {MAX_ITEMS} at most; use tree for more"
+            )
 
     def _forget_the_never_seen(self, now: float) -> None:
         for seat, member in list(self._members.items()):

@@ -58,13 +58,12 @@ def points_table(design: DesignFile) -> Table:
         title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
     )  # fmt: skip
-    table.add_column("station", justify="right")
-    table.add_column("place [m]")
-    table.add_column("pose [°]")
-    if design.prismatic_links:
-        table.add_column("strokes [m]")
+    strokes = ["strokes [m]"] if design.prismatic_links else []
+    # As Text, since rich takes words in brackets for styles.
+    for name in ("station", "place [m]", "pose [°]", *strokes):
+        table.add_column(Text(name))
     for name in ("DM", "RC [mm]", "JAC [rad]"):
-        table.add_column(name, justify="right")
+        table.add_column(Text(name), justify="right")
     table.add_column("fails")
     for point in shown:
         table.add_row(*_cells(design, point), style="bold red" if point.fails else None)

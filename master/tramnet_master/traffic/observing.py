@@ -5,18 +5,17 @@ wants it (Ctrl-C, SIGTERM, a closed terminal: a second one ends the process at o
 good. Nothing here asks the root for anything but its status.
 """
 
-import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import Self
 
 from tramnet_master import networks
 from tramnet_master.control import locate, question
 from tramnet_master.errors import NoNetwork, RunFailed
+from tramnet_master.signals import ending
 from tramnet_protocol.channel import Channel
 from tramnet_protocol.errors import ChannelClosed, NoAnswer
 from tramnet_protocol.keys import Keys
@@ -162,23 +161,7 @@ def observe(
         CannotConnect: Nobody listens there.
     """
     live = locate(connect, network)
-    credentials = Credentials.load(tls) if tls else None
-    with open_observer(live.observers, credentials) as channel:
+    with open_observer(live.observers, Credentials.load(tls) if tls else None) as channel:
         observation = Observation(live, channel)
-        with _signals(observation.stopped.set):
+        with ending(observation.stopped.set):
             yield observation
-
-
-@contextmanager
-def _signals(stop: Callable[[], None]) -> Iterator[None]:
-    def first(number: int, _: FrameType | None) -> None:
-        signal.signal(number, signal.default_int_handler)
-        stop()
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, first) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)
