@@ -66,6 +66,13 @@ Listen: TypeAlias = Annotated[
         help="Where the root listens for workers; beyond loopback only if you say so.",
     ),
 ]  # fmt: skip
+Observers: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        envvar="TRAMNET_OBSERVERS", rich_help_panel=_FARM,
+        help="Where observers from elsewhere attach, ws/0.0.0.0:7448; a socket of this user if omitted.",
+    ),
+]  # fmt: skip
 Connect: TypeAlias = Annotated[
     str | None,
     typer.Option(

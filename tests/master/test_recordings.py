@@ -6,7 +6,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from tramnet_master.errors import DamagedFile
+from tramnet_master.errors import DamagedFile, InvalidFile
 from tramnet_master.traffic import recorder as recorder_module
 from tramnet_master.traffic.intake import Arrival, Intake
 from tramnet_master.traffic.recorder import Recorder, topic_of
@@ -221,7 +221,7 @@ def test_a_damaged_recording_is_refused(tmp_path):
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(DamagedFile, match="No such file"):
+    with pytest.raises(InvalidFile, match="no such file"):
         read_recording(tmp_path / "none.mcap")
 
 

@@ -34,6 +34,7 @@ class RunOptions:
         topology: Shape of the network, or a file of links.
         network: Name of the network, or None for any free one.
         listen: Endpoint at which workers connect.
+        observers: Endpoint at which observers attach, or None for a socket that only this user reaches.
         first_deadline: Time an individual may take before its cost is known [s].
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
@@ -51,6 +52,7 @@ class RunOptions:
     topology: str = "star"
     network: str | None = None
     listen: str = ANYWHERE_HERE
+    observers: str | None = None
     first_deadline: float = 60.0
     on_failure: str = "penalise"
     allow_mixed: bool = False
@@ -111,6 +113,13 @@ class RunOptions:
             BadTopology: The shape is unknown or has no room for the local workers.
             InvalidFile: The file of links cannot be used.
         """
+        if self.tls and self.observers:
+            raise InvalidOption(
+                "--observers",
+                repr(self.observers),
+                "none beside --tls",
+                "from elsewhere, name the root's certificate: tramnet inspect --connect ... --tls FOLDER",
+            )
         self.rules()
         self.books()
         self.pace_of_links()

@@ -17,7 +17,7 @@ from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata
 from mcap.stream_reader import StreamReader, breakup_chunk
 from msgspec import Struct
 
-from tramnet_master.errors import DamagedFile
+from tramnet_master.errors import DamagedFile, InvalidFile
 from tramnet_master.traffic.recorder import END, METADATA
 from tramnet_protocol.errors import UnknownKey
 from tramnet_protocol.keys import Topic, parse
@@ -106,7 +106,8 @@ def read_recording(path: Path) -> Recording:
     """Read a recording.
 
     Raises:
-        DamagedFile: It is none, or a record of it cannot be what it says.
+        InvalidFile: It cannot be opened.
+        DamagedFile: It is no recording, or a record of it cannot be what it says.
     """
     recording = Recording(path)
     try:
@@ -119,7 +120,8 @@ def read_recording(path: Path) -> Recording:
                     raise DamagedFile(path, str(error), expected) from error
                 # The file ends in the middle: its recorder was killed. What came before is whole.
     except OSError as error:
-        raise DamagedFile(path, error.strerror or str(error), "a file to read") from error
+        found = (error.strerror or str(error)).lower()
+        raise InvalidFile(path, "", found, "a file of `tramnet record`") from error
     return recording
 
 
