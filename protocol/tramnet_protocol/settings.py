@@ -4,8 +4,8 @@ The defaults of Zenoh listen on every interface, scout by multicast, gossip, mov
 memory and drop under load. Here a root is a peer that listens where it is told, everybody else is a client of it,
 and nothing leaves the links that are named. The lease that counts is the sender's, so every node has the same.
 
-Observers attach at an endpoint of the root with a protocol of its own; by that protocol one rule turns whatever the
-root sends them into DROP at BACKGROUND priority, so that an observer that hangs never holds up the root.
+Observers attach at endpoints of the root whose protocols no worker uses; by these protocols one rule turns whatever
+the root sends them into DROP at BACKGROUND priority, so that an observer that hangs never holds up the root.
 """
 
 import re
@@ -30,32 +30,33 @@ _DROP = {
 }
 
 
-def root_settings(network: str, listen: Sequence[str], observers: str | None) -> Settings:
+def root_settings(network: str, listen: Sequence[str], observers: Sequence[str]) -> Settings:
     """Return the settings of a root.
 
     Args:
         network: Name of the network, shown in the admin space.
         listen: Endpoints for workers.
-        observers: Endpoint for observers, of a protocol no worker uses; or None.
+        observers: Endpoints for observers, of protocols no worker uses.
 
     Raises:
         BadEndpoint: An endpoint is none, or observers would share a protocol with workers.
     """
-    shared = {protocol_of(endpoint) for endpoint in listen}
+    workers = [protocol_of(endpoint) for endpoint in listen]
     settings = _common(f"tramnet root {network}") | {
         "mode": "peer",
-        "listen": {"endpoints": [*listen, observers] if observers else [*listen]},
+        "listen": {"endpoints": [*listen, *observers]},
         "connect": {"endpoints": []},
         "adminspace": {"enabled": True, "permissions": {"read": True, "write": False}},
     }
-    if observers:
-        if protocol_of(observers) in shared:
+    for endpoint in observers:
+        if protocol_of(endpoint) in workers:
             raise BadEndpoint(
-                observers,
-                f"found {observers} for observers and the same protocol for workers; "
-                "expected a protocol of its own, such as unixsock-stream",
+                endpoint,
+                f"found {endpoint} for observers and the same protocol for workers; expected a protocol of "
+                "its own, by which they are told apart: ws/HOST:PORT, or unixsock-stream on this machine",
             )
-        settings["qos"] = {"network": [_observers_rule(protocol_of(observers))]}
+    if observers:
+        settings["qos"] = {"network": [_observers_rule(observers)]}
     return settings
 
 
@@ -123,12 +124,12 @@ def _common(name: str) -> Settings:
     }
 
 
-def _observers_rule(protocol: str) -> Settings:
+def _observers_rule(endpoints: Sequence[str]) -> Settings:
     return {
         "id": "observers",
         "messages": ["put", "delete", "query"],
         "flows": ["egress"],
         "key_exprs": ["**"],
-        "link_protocols": [protocol],
+        "link_protocols": sorted({protocol_of(endpoint) for endpoint in endpoints}),
         "overwrite": {"priority": "background", "congestion_control": "drop"},
     }

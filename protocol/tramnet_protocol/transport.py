@@ -44,13 +44,13 @@ _ANY_INTERFACE = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}
 _LOCAL_ANSWER_SECONDS = 5.0
 
 
-def open_root(network: str, listen: Sequence[str], observers: str | None = None) -> "ZenohChannel":
+def open_root(network: str, listen: Sequence[str], observers: Sequence[str] = ()) -> "ZenohChannel":
     """Open the root's end of a network.
 
     Args:
         network: Name of the network.
         listen: Endpoints at which workers connect; port 0 takes a free one.
-        observers: Endpoint at which observers attach, of a protocol of its own, or None. Whatever is sent to them
+        observers: Endpoints at which observers attach, of protocols that no worker uses. Whatever is sent to them
             is dropped rather than waited for.
 
     Raises:
@@ -58,7 +58,7 @@ def open_root(network: str, listen: Sequence[str], observers: str | None = None)
         BadEndpoint: An endpoint cannot be listened on; ``AddressInUse`` where somebody else does.
     """
     check_network(network)
-    endpoints = [*listen, observers] if observers else [*listen]
+    endpoints = [*listen, *observers]
     try:
         session = _open(root_settings(network, listen, observers))
     except zenoh.ZError as error:
@@ -87,7 +87,7 @@ def open_observer(connect: str) -> "ZenohChannel":
     """Open an observer's end of a network.
 
     Args:
-        connect: The root's endpoint for observers.
+        connect: One of the root's endpoints for observers.
 
     Raises:
         CannotConnect: Nobody listens there, or the root refuses.
@@ -100,7 +100,7 @@ class ZenohChannel:
     """A channel over Zenoh; see ``Channel`` for what its methods promise.
 
     Attributes:
-        endpoints: Where this node is reached from this machine: those for workers first, that for observers last.
+        endpoints: Where this node is reached from this machine: those for workers first, those for observers last.
     """
 
     def __init__(self, session: zenoh.Session, endpoints: tuple[str, ...] = ()) -> None:

@@ -8,7 +8,7 @@ import typer
 
 from tramnet_master.console import people, write
 from tramnet_master.errors import InvalidOption, NothingHeard
-from tramnet_master.options import Connect, Network
+from tramnet_master.options import Attach, Network
 from tramnet_master.traffic.echo import Echo, Wanted, full_pattern
 from tramnet_master.traffic.intake import Intake
 from tramnet_master.traffic.observing import Observation, observe
@@ -48,7 +48,7 @@ Elements: TypeAlias = Annotated[
 
 def echo(
     key: Key = "**",
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     tag: Tags = None,
     tram: Trams = None,

@@ -13,7 +13,7 @@ from rich.live import Live
 
 from tramnet_master.console import people, write
 from tramnet_master.errors import InvalidOption
-from tramnet_master.options import Connect, Network
+from tramnet_master.options import Attach, Network
 from tramnet_master.traffic.controls import View, press
 from tramnet_master.traffic.inspector import Inspector
 from tramnet_master.traffic.keyboard import open_keyboard
@@ -105,7 +105,7 @@ Filter: TypeAlias = Annotated[
 
 
 def inspect(
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     once: Once = False,
     json: Json = False,

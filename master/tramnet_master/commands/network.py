@@ -11,7 +11,7 @@ import typer
 from tramnet_master.console import people, programs
 from tramnet_master.control import ask, locate
 from tramnet_master.errors import RunFailed
-from tramnet_master.options import Connect, Network, WorkerMemory
+from tramnet_master.options import Attach, Connect, Network, WorkerMemory
 from tramnet_protocol.codec import decode
 from tramnet_protocol.errors import CannotConnect, MalformedFrame
 from tramnet_protocol.keys import Keys
@@ -68,7 +68,7 @@ def worker(
 
 def scale(
     workers: Annotated[int, typer.Argument(min=0, max=4094, help="Local workers to keep.")],
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
 ) -> None:
     """Grow or shrink the local workers of a running network."""
@@ -76,7 +76,7 @@ def scale(
     programs.print(reply.text)
 
 
-def stop(connect: Connect = None, network: Network = None) -> None:
+def stop(connect: Attach = None, network: Network = None) -> None:
     """Stop a running network after it has written a checkpoint."""
     reply = ask(locate(connect, network), ControlRequest("stop"))
     programs.print(reply.text)

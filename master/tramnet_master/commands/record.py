@@ -14,7 +14,7 @@ import typer
 from tramnet_master.console import people
 from tramnet_master.errors import OccupiedFile
 from tramnet_master.files import writing
-from tramnet_master.options import Connect, Network
+from tramnet_master.options import Attach, Network
 from tramnet_master.traffic.echo import full_pattern
 from tramnet_master.traffic.intake import Intake
 from tramnet_master.traffic.observing import Observation, observe
@@ -59,7 +59,7 @@ Overwrite: TypeAlias = Annotated[bool, typer.Option("--overwrite", help="Replace
 
 def record(
     out: Out,
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     key: Key = "**",
     count: Count = 0,

@@ -28,6 +28,7 @@ class RunOptions:
         topology: Shape of the network, or a file of links.
         network: Name of the network, or None for any free one.
         listen: Endpoint at which workers connect.
+        observe: Endpoint at which observers of other machines attach, or None for none.
         first_deadline: Time an individual may take before its cost is known [s].
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
@@ -43,6 +44,7 @@ class RunOptions:
     topology: str = "star"
     network: str | None = None
     listen: str = "tcp/127.0.0.1:0"
+    observe: str | None = None
     first_deadline: float = 60.0
     on_failure: str = "penalise"
     allow_mixed: bool = False

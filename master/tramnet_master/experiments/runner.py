@@ -43,6 +43,7 @@ from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
 from tramnet_protocol.packing import unpack
+from tramnet_protocol.settings import protocol_of
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -88,12 +89,13 @@ def run(
     with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
-        observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
+        own = f"unixsock-stream/{runtime / f'{network}.sock'}"
+        observers = [own, options.observe] if options.observe else [own]
         channel = stack.enter_context(open_root(network, [options.listen], observers))
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
         claim.announce(
             networks.LiveNetwork(
-                network, channel.endpoint, observers, os.getpid(), str(folder.path.absolute())
+                network, channel.endpoint, own, os.getpid(), str(folder.path.absolute())
             )
         )
         root = Root(experiment, options, network, channel, folder, progress)
@@ -406,6 +408,7 @@ class Root:
             "evaluations": engine.evaluations,
             "best": engine.best.objective if engine.generation else None,
             "local_workers": self._supervisor.count if self._supervisor is not None else 0,
+            "observers": sorted({protocol_of(place) for place in self._channel.endpoints[1:]}),
             **self._farm.status(),
         }
 

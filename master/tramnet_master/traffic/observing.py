@@ -14,12 +14,14 @@ from types import FrameType
 from typing import Self
 
 from tramnet_master import networks
+from tramnet_master.console import people
 from tramnet_master.control import locate, question
 from tramnet_master.errors import NoNetwork, RunFailed
 from tramnet_protocol.channel import Channel
 from tramnet_protocol.errors import ChannelClosed, NoAnswer
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ROOT, ControlRequest
+from tramnet_protocol.settings import protocol_of
 from tramnet_protocol.transport import open_observer
 
 GRACE = 1.0
@@ -55,6 +57,7 @@ class Observation:
         self.keys = Keys(live.network)
         self.stopped = threading.Event()
         self._vanished: float | None = None
+        self._warned = False
         channel.watch_tokens(self.keys.alive(ROOT), self._watch_root)
 
     @property
@@ -86,11 +89,24 @@ class Observation:
         end = time.monotonic() + START_UP
         while True:
             try:
-                return self.status()
+                status = self.status()
+                self._check_place(status.get("observers"))
+                return status
             except NoAnswer:
                 if time.monotonic() > end or self.over or not self._is_live_here():
                     raise
             self.stopped.wait(0.1)
+
+    def _check_place(self, protocols: object) -> None:
+        """Warn who attached where workers do, whom the root waits for."""
+        place = self.live.observers
+        if self._warned or not isinstance(protocols, list) or protocol_of(place) in protocols:
+            return
+        self._warned = True
+        people.print(
+            f"{place} is where workers connect: if this process hangs, the root waits for it. Start the root with "
+            "--observe ws/HOST:PORT and attach there."
+        )
 
     def _is_live_here(self) -> bool:
         try:
