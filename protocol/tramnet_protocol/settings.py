@@ -30,7 +30,7 @@ _DROP = {
 }
 
 
-def root_settings(network: str, listen: Sequence[str], observers: Sequence[str]) -> Settings:
+def root_settings(network: str, listen: Sequence[str], observers: Sequence[str] = ()) -> Settings:
     """Return the settings of a root.
 
     Args:

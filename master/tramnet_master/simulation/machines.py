@@ -18,8 +18,6 @@ from msgspec import Struct, structs
 from tramnet_master.errors import InvalidOption
 from tramnet_master.simulation.workload import Workload
 from tramnet_protocol.links import LinkTiming
-from tramnet_workers.kernels.dynamics import inverse_dynamics_batch
-from tramnet_workers.robots.puma560 import akb
 
 _OPERATIONS = 852 + 738
 _T805_OPERATIONS_PER_SECOND = 1.5e6 * 25 / 20
@@ -98,6 +96,10 @@ def carried_over(workload: Workload, node: str) -> Workload:
 @cache
 def inverse_dynamics_here() -> float:
     """Return the time of the yardstick on this core [s], the best of some trials."""
+    # Slow to import, and books are kept of runs that measure nothing.
+    from tramnet_workers.kernels.dynamics import inverse_dynamics_batch  # noqa: PLC0415
+    from tramnet_workers.robots.puma560 import akb  # noqa: PLC0415
+
     arm = akb()
     table, gravity = (
         np.array(arm.table),

@@ -2,6 +2,7 @@
 
 import math
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -11,7 +12,9 @@ from tramnet_master.errors import InvalidOption
 from tramnet_master.experiments.experiment import Experiment
 from tramnet_protocol.arrays import Array
 from tramnet_protocol.messages import Evaluate, Evaluated, WorkId
-from tramnet_workers.node.evaluator import Evaluator
+
+if TYPE_CHECKING:
+    from tramnet_workers.node.evaluator import Evaluator
 
 _LONG_ENOUGH = 0.05  # a measurement of evaluations [s]
 _GENERATIONS = 12  # that are bred to measure breeding
@@ -55,6 +58,8 @@ def measure(experiment: Experiment) -> Workload:
     Raises:
         InvalidOption: It asks for something else than the evaluation of one population.
     """
+    from tramnet_workers.node.evaluator import Evaluator  # noqa: PLC0415  slow to import
+
     (work,) = _ask(experiment.engine)
     evaluation = _evaluation(Evaluator(experiment.setup), work)
     return Workload(
@@ -78,7 +83,7 @@ def _ask(engine: Engine) -> list[Evaluate]:
     return found
 
 
-def _evaluation(evaluator: Evaluator, work: Evaluate) -> float:
+def _evaluation(evaluator: "Evaluator", work: Evaluate) -> float:
     """Time of an individual: as many as take long enough to be measured, all of them at most."""
     genomes = work.genomes.unpack()
     size = 1
