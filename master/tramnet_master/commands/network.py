@@ -11,6 +11,7 @@ import typer
 from tramnet_master.console import people, programs
 from tramnet_master.control import ask, locate
 from tramnet_master.errors import RunFailed
+from tramnet_master.keeping import keeping
 from tramnet_master.options import Attach, Connect, Network, WorkerMemory
 from tramnet_protocol.codec import decode
 from tramnet_protocol.errors import CannotConnect, MalformedFrame
@@ -60,7 +61,10 @@ def worker(
             people.print(f"worker {ended.pid} died with status {ended.status}: starting another")
 
     people.print(f"{count} worker(s) for network {live.network} at {live.endpoint}")
-    with Supervisor(arguments, count, notice) as supervisor:
+    with (
+        keeping(count) as folder,
+        Supervisor([*arguments, "--pulse", str(folder)], count, notice) as supervisor,
+    ):
         _watch(live.endpoint, Keys(live.network), name, supervisor, stopped)
     if gave_up:
         raise RunFailed(f"{len(gave_up)} worker(s) gave up; they say above why")

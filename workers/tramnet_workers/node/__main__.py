@@ -6,10 +6,12 @@ import logging
 import os
 import signal
 import sys
+from pathlib import Path
 
 from tramnet_protocol.transport import open_worker
 from tramnet_workers.node.lifeline import hold_on_to_parent
 from tramnet_workers.node.memory import be_first_to_go
+from tramnet_workers.node.pulse import Pulse
 from tramnet_workers.node.service import Home, Service
 from tramnet_workers.node.supervisor import CRASHED
 
@@ -25,6 +27,7 @@ def main() -> int:
     parser.add_argument("--supervisor", required=True, help="name of whoever started this")
     parser.add_argument("--patience", type=float, default=10.0, help="seconds to look for a root")
     parser.add_argument("--memory", type=int, default=0, help="memory it may have [MiB], 0 for any")
+    parser.add_argument("--pulse", type=Path, help="folder for signs of life, see pulse.py")
     arguments = parser.parse_args()
     logging.basicConfig(
         level=os.environ.get("TRAMNET_LOG", "WARNING").upper(),
@@ -36,7 +39,10 @@ def main() -> int:
     hold_on_to_parent(lambda: os._exit(0))
     be_first_to_go(arguments.memory)
     connect = functools.partial(open_worker, arguments.connect)
-    service = Service(Home(arguments.network, arguments.supervisor, arguments.patience, connect))
+    pulse = Pulse(arguments.pulse)
+    service = Service(
+        Home(arguments.network, arguments.supervisor, arguments.patience, connect, pulse)
+    )
     signal.signal(signal.SIGTERM, lambda *_: service.stop("terminated"))
     try:
         return service.run()
