@@ -15,9 +15,16 @@ from tramnet_protocol.messages import ControlRequest
 
 KeptHere = Annotated[
     bool,
-    typer.Option("--kept", help="Of the workers that `tramnet worker` keeps on this machine."),
+    typer.Option(
+        "--kept",
+        envvar="TRAMNET_KEPT",
+        help="Of the workers that `tramnet worker` keeps on this machine.",
+    ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="All that the root says, as a JSON object.")]
+Json = Annotated[
+    bool,
+    typer.Option("--json", envvar="TRAMNET_JSON", help="All that the root says, as a JSON object."),
+]
 
 
 def status(
