@@ -16,7 +16,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import TypeAlias
 
@@ -48,6 +48,7 @@ from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node import states
 from tramnet_workers.node.evaluator import Evaluator
 from tramnet_workers.node.links import Links
+from tramnet_workers.node.pulse import Pulse
 from tramnet_workers.node.states import Membership, WorkerStates
 from tramnet_workers.node.supervisor import CRASHED, GAVE_UP, TOLD_TO_END
 
@@ -94,6 +95,7 @@ class Home:
         name: Name of its certificate, or None where it has none.
         patience: How long to look for a root before giving up [s].
         connect: Opens a channel to the root; raises CannotConnect where there is none.
+        pulse: Where it leaves signs of life.
     """
 
     network: str
@@ -101,6 +103,7 @@ class Home:
     patience: float
     connect: Callable[[], Channel]
     name: str | None = None
+    pulse: Pulse = field(default_factory=Pulse)
 
 
 @dataclass(slots=True)
@@ -392,6 +395,7 @@ class Service:
             destination=NOBODY,
         )
         channel.publish(self._keys.stats(identity.seat), encode(header, stats), Lane.TELEMETRY)
+        self._home.pulse.beat()
 
 
 def _words(error: Exception) -> str:
