@@ -24,7 +24,13 @@ from msgspec import Struct
 
 from tramnet_protocol.channel import Channel, Lane
 from tramnet_protocol.codec import Header, decode, encode
-from tramnet_protocol.errors import CannotConnect, MalformedFrame, NoAnswer, RemoteProtocolError
+from tramnet_protocol.errors import (
+    BadTopology,
+    CannotConnect,
+    MalformedFrame,
+    NoAnswer,
+    RemoteProtocolError,
+)
 from tramnet_protocol.exchange import Identity
 from tramnet_protocol.inbox import Inbox
 from tramnet_protocol.keys import Keys
@@ -82,7 +88,7 @@ class Wanted(Struct, frozen=True):
     reason: str
 
 
-Item: TypeAlias = OrderArrived | RootVanished | Wanted
+Item: TypeAlias = OrderArrived | RootVanished | Wanted | states.Answer
 
 
 @dataclass(frozen=True)
@@ -209,6 +215,8 @@ class Service:
             match instruction:
                 case states.Answer(_, answer, snapshot):
                     self._send(answer, snapshot)
+                case states.AnswerAgain(answer):
+                    self._inbox.put(answer)
                 case states.Announce(membership):
                     assert self._channel is not None
                     self._channel.declare_token(self._keys.alive(membership.seat))
@@ -332,6 +340,8 @@ class Service:
                 match item:
                     case OrderArrived(payload):
                         self._take_order(links, payload)
+                    case states.Answer(_, answer, snapshot):
+                        self._send(answer, snapshot)
                     case RootVanished(seen_by) if seen_by is channel:
                         return self._apply(states.RootLost())
                     case Wanted(reason):
@@ -363,9 +373,16 @@ class Service:
             return
         match message:
             case Wiring():
-                links.rewire(message)
+                self._rewire(links, message)
             case Stop(reason) if links.exchange.is_for_this_life(frame.header):
                 self._apply(states.StopReceived(reason))
+
+    def _rewire(self, links: Links, wiring: Wiring) -> None:
+        try:
+            links.rewire(wiring)
+        except BadTopology as error:
+            self._tally.malformed += 1
+            _log.warning("dropped a wiring: %s", error)
 
     def _send_heartbeat(self, channel: Channel, links: Links, uptime: float) -> None:
         exchange = links.exchange
