@@ -29,6 +29,7 @@ class Step(NamedTuple):
 class _Table(NamedTuple):
     wiring: Wiring
     hops: dict[int, int]  # destination -> next TRAM
+    neighbours: frozenset[int]
 
 
 class Routes:
@@ -81,6 +82,23 @@ class Routes:
         lives = self._wiring.incarnations.get(hop)
         return Step(hop, own) if lives == table.wiring.incarnations[hop] else None
 
+    def admits(self, hop: int, source: int) -> bool:
+        """Return whether a frame of a TRAM may come on the link from another one, by any wiring known here.
+
+        Only neighbours have links here, and a neighbour's own frames come on its own.
+
+        Args:
+            hop: The TRAM at the other end of the link.
+            source: The TRAM that is said to have made the frame.
+        """
+        return any(
+            hop in table.neighbours and (hop == source or source not in table.neighbours)
+            for table in self._tables.values()
+        )
+
     def _table(self, wiring: Wiring) -> _Table:
         graph = graph_of(wiring)
-        return _Table(wiring, graph.next_hops(self._seat) if self._seat in graph.neighbours else {})
+        if self._seat not in graph.neighbours:
+            return _Table(wiring, {}, frozenset())
+        neighbours = frozenset(graph.neighbours[self._seat])
+        return _Table(wiring, graph.next_hops(self._seat), neighbours)
