@@ -14,6 +14,7 @@ from tramnet_master.commands import certificates, network, results, runs, simula
 from tramnet_master.commands.echo import echo
 from tramnet_master.commands.inspect import inspect
 from tramnet_master.commands.record import record
+from tramnet_master.commands.status import status
 from tramnet_master.commands.traffic import traffic
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
@@ -64,6 +65,7 @@ app.command()(runs.resume)
 app.command()(network.worker)
 app.command()(network.scale)
 app.command()(network.stop)
+app.command()(status)
 app.command()(topology.topology)
 app.command()(inspect)
 app.command()(echo)

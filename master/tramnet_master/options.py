@@ -70,7 +70,7 @@ Observers: TypeAlias = Annotated[
     str | None,
     typer.Option(
         envvar="TRAMNET_OBSERVERS", rich_help_panel=_FARM,
-        help="Where observers from elsewhere attach, ws/0.0.0.0:7448; a socket of this user if omitted.",
+        help="Where observers of other machines attach, ws/HOST:PORT; those of this one need nothing.",
     ),
 ]  # fmt: skip
 Connect: TypeAlias = Annotated[
@@ -78,6 +78,13 @@ Connect: TypeAlias = Annotated[
     typer.Option(
         envvar="TRAMNET_CONNECT", rich_help_panel=_FARM,
         help="Where the root listens, tcp/HOST:PORT; the live network of this machine if omitted.",
+    ),
+]  # fmt: skip
+Attach: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--connect", envvar="TRAMNET_CONNECT", rich_help_panel=_FARM,
+        help="Where the root has observers attach (its --observe); this machine's live network if omitted.",
     ),
 ]  # fmt: skip
 FirstDeadline: TypeAlias = Annotated[

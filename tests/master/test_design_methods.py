@@ -31,4 +31,4 @@ def test_the_table_fits_a_terminal_and_says_who_wins(outcomes):
 
     assert "…" not in text
     assert "CMA-ES on the links alone is ahead of mpga in 2 of 2 rows." in text
-    assert "the paper: constant" in text
+    assert "the paper says constant" in text

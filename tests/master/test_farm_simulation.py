@@ -392,7 +392,7 @@ class Simulation:
                 self.joined(process)
             case states.Start(member, work):
                 self.plan(self.cost * work.work.size, self.finish, process, member, work.work)
-            case states.Answer(member, answer):
+            case states.Answer(member, answer) | states.AnswerAgain(states.Answer(member, answer)):
                 tram = Tram(member.seat, member.incarnation)
                 arrive = functools.partial(self.receive, tram, answer)
                 if process.cut_until <= self.now:

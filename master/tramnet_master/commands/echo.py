@@ -9,7 +9,7 @@ import typer
 from tramnet_master.commands.watching import watching
 from tramnet_master.console import people, write
 from tramnet_master.errors import InvalidOption, NothingHeard
-from tramnet_master.options import Connect, Network, Tls
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.echo import Echo, Wanted, full_pattern
 from tramnet_master.traffic.intake import Intake
 from tramnet_master.traffic.observing import Observation
@@ -49,7 +49,7 @@ Elements: TypeAlias = Annotated[
 
 def echo(
     key: Key = "**",
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     tls: Tls = None,
     tag: Tags = None,

@@ -14,7 +14,7 @@ from rich.live import Live
 from tramnet_master.commands.watching import watching
 from tramnet_master.console import write
 from tramnet_master.errors import InvalidOption
-from tramnet_master.options import Connect, Network, Tls
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.controls import View, press
 from tramnet_master.traffic.inspector import Inspector
 from tramnet_master.traffic.keyboard import open_keyboard
@@ -45,43 +45,69 @@ _OUTPUT = "Output"
 _ROWS = "Rows"
 
 Once: TypeAlias = Annotated[
-    bool, typer.Option("--once", rich_help_panel=_OUTPUT, help="Show the network once, then end.")
+    bool,
+    typer.Option(
+        "--once",
+        envvar="TRAMNET_ONCE",
+        rich_help_panel=_OUTPUT,
+        help="Show the network once, then end.",
+    ),
 ]
 Json: TypeAlias = Annotated[
-    bool, typer.Option("--json", rich_help_panel=_OUTPUT, help="One JSON object, then end.")
+    bool,
+    typer.Option(
+        "--json", envvar="TRAMNET_JSON", rich_help_panel=_OUTPUT, help="One JSON object, then end."
+    ),
 ]
 Csv: TypeAlias = Annotated[
     bool,
-    typer.Option("--csv", rich_help_panel=_OUTPUT, help="One table (--show) as CSV, then end."),
+    typer.Option(
+        "--csv",
+        envvar="TRAMNET_CSV",
+        rich_help_panel=_OUTPUT,
+        help="One table (--show) as CSV, then end.",
+    ),
 ]
 Follow: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--follow",
+        envvar="TRAMNET_FOLLOW",
         rich_help_panel=_OUTPUT,
         help="Go on once a second: JSON objects a line, or rows of CSV with their time.",
     ),
 ]
 Svg: TypeAlias = Annotated[
     Path | None,
-    typer.Option("--svg", rich_help_panel=_OUTPUT, help="Draw the view into this file, then end."),
+    typer.Option(
+        "--svg",
+        envvar="TRAMNET_SVG",
+        rich_help_panel=_OUTPUT,
+        help="Draw the view into this file, then end.",
+    ),
 ]
 Width: TypeAlias = Annotated[
     int | None,
     typer.Option(
-        min=40, max=400, rich_help_panel=_OUTPUT, help="Columns of the view; the terminal's."
+        min=40,
+        max=400,
+        envvar="TRAMNET_WIDTH",
+        rich_help_panel=_OUTPUT,
+        help="Columns of the view; the terminal's.",
     ),
 ]
 Sniff: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--sniff",
+        envvar="TRAMNET_SNIFF",
         help="Count every frame on the link topics: exact rates and sizes, at a cost that is shown.",
     ),
 ]
 Show: TypeAlias = Annotated[
     str | None,
     typer.Option(
+        envvar="TRAMNET_SHOW",
         rich_help_panel=_ROWS,
         help="Tables, with commas between: trams, links, tags, topics (of --sniff).",
     ),
@@ -89,16 +115,21 @@ Show: TypeAlias = Annotated[
 Sort: TypeAlias = Annotated[
     str,
     typer.Option(
+        envvar="TRAMNET_SORT",
         rich_help_panel=_ROWS,
         help="Column of --json to sort by: busy, bytes_per_s, ... Largest numbers first.",
     ),
 ]
 Reverse: TypeAlias = Annotated[
-    bool, typer.Option("--reverse", rich_help_panel=_ROWS, help="Turn the order round.")
+    bool,
+    typer.Option(
+        "--reverse", envvar="TRAMNET_REVERSE", rich_help_panel=_ROWS, help="Turn the order round."
+    ),
 ]
 Filter: TypeAlias = Annotated[
     str,
     typer.Option(
+        envvar="TRAMNET_FILTER",
         rich_help_panel=_ROWS,
         help="Rows to show, all words must hold: 'tram=3', 'busy<50%', 'link/0', 'state=idle'.",
     ),
@@ -106,7 +137,7 @@ Filter: TypeAlias = Annotated[
 
 
 def inspect(
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     tls: Tls = None,
     once: Once = False,

@@ -15,7 +15,7 @@ from tramnet_master.commands.watching import watching
 from tramnet_master.console import people
 from tramnet_master.errors import OccupiedFile
 from tramnet_master.files import writing
-from tramnet_master.options import Connect, Network, Tls
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.echo import full_pattern
 from tramnet_master.traffic.intake import Intake
 from tramnet_master.traffic.observing import Observation
@@ -60,7 +60,7 @@ Overwrite: TypeAlias = Annotated[bool, typer.Option("--overwrite", help="Replace
 
 def record(
     out: Out,
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     tls: Tls = None,
     key: Key = "**",

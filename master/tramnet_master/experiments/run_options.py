@@ -34,7 +34,7 @@ class RunOptions:
         topology: Shape of the network, or a file of links.
         network: Name of the network, or None for any free one.
         listen: Endpoint at which workers connect.
-        observers: Endpoint at which observers attach, or None for a socket that only this user reaches.
+        observers: Endpoint at which observers of other machines attach, or None for none.
         first_deadline: Time an individual may take before its cost is known [s].
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.

@@ -90,7 +90,8 @@ def run(
     with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
-        observers = options.observers or f"unixsock-stream/{runtime / f'{network}.sock'}"
+        own = f"unixsock-stream/{runtime / f'{network}.sock'}"
+        observers = [own, options.observers] if options.observers else [own]
         credentials = Credentials.load(options.tls) if options.tls else None
         channel = stack.enter_context(
             open_root(network, [options.endpoint], observers, credentials)
@@ -98,11 +99,7 @@ def run(
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
         claim.announce(
             networks.LiveNetwork(
-                network,
-                channel.endpoint,
-                channel.endpoints[-1],
-                os.getpid(),
-                str(folder.path.absolute()),
+                network, channel.endpoint, own, os.getpid(), str(folder.path.absolute())
             )
         )
         root = Root(experiment, options, network, channel, folder, progress)
@@ -429,7 +426,7 @@ class Root:
             "evaluations": engine.evaluations,
             "best": engine.best.objective if engine.generation else None,
             "local_workers": self._supervisor.count if self._supervisor is not None else 0,
-            "observers": self._channel.endpoints[-1],
+            "observers": list(self._channel.endpoints[1:]),
             **self._farm.status(),
         }
 

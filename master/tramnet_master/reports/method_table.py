@@ -14,8 +14,10 @@ from rich.text import Text
 
 METHODS = ("mpga", "single-ga", "bilevel-cma")
 
-CAPTION = """t: task points. Quality: mean dexterity of the links found, with exact poses, over the best arm's:
-mean (worst) over the seeds, and seconds a run. Each: seconds of a population, those of mpga over t."""
+CAPTION = """Quality: dexterity of the links found, with exact poses, over that of the
+best arm; mean (worst) over the seeds. t: task points. Seconds a run, in the order
+of the methods.
+ms: of mpga, for one population."""
 
 
 @dataclass(frozen=True)
@@ -48,16 +50,15 @@ def method_table(outcomes: Sequence[MethodOutcome], budget: int) -> Table:
         title_justify="left", caption_justify="left", title_style="bold", caption_style="",
         box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0),
     )  # fmt: skip
-    table.add_column("t", justify="right", no_wrap=True)
-    for method in METHODS:
-        table.add_column(method, justify="right", no_wrap=True)
-    table.add_column("each", justify="right", no_wrap=True)
+    for name in ("t", *METHODS, "seconds", "ms"):
+        table.add_column(name, justify="right", no_wrap=True)
     for t in sorted({outcome.task_points for outcome in outcomes}):
         row = {outcome.method: outcome for outcome in outcomes if outcome.task_points == t}
         best = max(mean(outcome.quality) for outcome in row.values())
         cells = [_cell(row[method], best) if method in row else Text("") for method in METHODS]
-        each = f"{_each(row['mpga']):.4f}" if "mpga" in row else ""
-        table.add_row(Text(f"{t}"), *cells, Text(each))
+        seconds = (f"{mean(row[m].seconds):.2g}" if m in row else "-" for m in METHODS)
+        each = f"{1e3 * _each(row['mpga']):.1f}" if "mpga" in row else ""
+        table.add_row(Text(f"{t}"), *cells, Text(", ".join(seconds)), Text(each))
     return table
 
 
@@ -67,7 +68,7 @@ def claims(outcomes: Sequence[MethodOutcome]) -> str:
     lines = []
     if len(each) > 1:
         lines.append(
-            f"Dearest population over cheapest: {max(each) / min(each):.2f}; the paper: constant."
+            f"Dearest population over cheapest: {max(each) / min(each):.2f}; the paper says constant."
         )
     ahead, compared = 0, 0
     for t in {outcome.task_points for outcome in outcomes}:
@@ -86,5 +87,5 @@ def _each(outcome: MethodOutcome) -> float:
 
 def _cell(outcome: MethodOutcome, best: float) -> Text:
     found = mean(outcome.quality)
-    text = f"{found:.4f} ({min(outcome.quality):.3f}) {mean(outcome.seconds):5.2f}"
+    text = f"{found:.4f} ({min(outcome.quality):.4f})"
     return Text(text, style="green" if found == best else "")

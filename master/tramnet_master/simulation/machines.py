@@ -19,8 +19,6 @@ from tramnet_master.errors import InvalidOption
 from tramnet_master.simulation.measuring import points_of_a_run
 from tramnet_master.simulation.workload import Grain, Workload
 from tramnet_protocol.links import LinkTiming
-from tramnet_workers.kernels.dynamics import inverse_dynamics_batch
-from tramnet_workers.robots.puma560 import akb
 
 _OPERATIONS = 852 + 738
 _T805_OPERATIONS_PER_SECOND = 1.5e6 * 25 / 20
@@ -102,6 +100,10 @@ def carried_over(workload: Workload, node: str) -> Workload:
 @cache
 def inverse_dynamics_here() -> float:
     """Return the time of the yardstick on this core [s], the best of some trials."""
+    # Slow to import, and books are kept of runs that measure nothing.
+    from tramnet_workers.kernels.dynamics import inverse_dynamics_batch  # noqa: PLC0415
+    from tramnet_workers.robots.puma560 import akb  # noqa: PLC0415
+
     arm = akb()
     table, gravity = (
         np.array(arm.table),

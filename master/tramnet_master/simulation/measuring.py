@@ -4,7 +4,7 @@ import math
 import statistics
 import time
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,9 @@ from tramnet_master.simulation.workload import Grain, Workload
 from tramnet_protocol.arrays import Array
 from tramnet_protocol.messages import Evaluate, Evaluated, Evolve, Track, Work, WorkId
 from tramnet_protocol.modelled import HEADER_BYTES, modelled_bytes
-from tramnet_workers.node.evaluator import Evaluator
+
+if TYPE_CHECKING:
+    from tramnet_workers.node.evaluator import Evaluator
 
 _LONG_ENOUGH = 0.05  # a measurement of evaluations [s]
 _ROUNDS = 12  # that are measured; every tenth generation of populations brings a snapshot
@@ -48,6 +50,8 @@ def measure(experiment: Experiment) -> Workload:
     engine = experiment.engine
     if isinstance(engine, HoldsPopulations):
         engine.spread(1)
+    from tramnet_workers.node.evaluator import Evaluator  # noqa: PLC0415  slow to import
+
     evaluator = Evaluator(experiment.setup)
     works = engine.ask()
     match works[0]:
@@ -59,7 +63,7 @@ def measure(experiment: Experiment) -> Workload:
             return _paths(experiment, list(_rounds(engine, evaluator, works)))
 
 
-def _individuals(experiment: Experiment, evaluator: Evaluator, work: Evaluate) -> Workload:
+def _individuals(experiment: Experiment, evaluator: "Evaluator", work: Evaluate) -> Workload:
     return Workload(
         name=experiment.title,
         population=work.work.size,
@@ -114,7 +118,7 @@ def points_of_a_run(each: float, points: int) -> int:
     return max(1, min(int(CHUNK_SECONDS / each), points))
 
 
-def _rounds(engine: Engine, evaluator: Evaluator, works: list[Work]) -> Iterator[_Round]:
+def _rounds(engine: Engine, evaluator: "Evaluator", works: list[Work]) -> Iterator[_Round]:
     """Compute rounds in this process, one work after another, until they are enough."""
     end = time.perf_counter() + _PATIENCE
     for _ in range(_ROUNDS):
@@ -142,7 +146,7 @@ def _rounds(engine: Engine, evaluator: Evaluator, works: list[Work]) -> Iterator
         works = engine.ask()
 
 
-def _evaluation(evaluator: Evaluator, work: Evaluate) -> float:
+def _evaluation(evaluator: "Evaluator", work: Evaluate) -> float:
     """Least time of an individual, in ever larger parts until they have taken long enough."""
     genomes = work.genomes.unpack()
     size, spent, best = 1, 0.0, float("inf")

@@ -153,7 +153,7 @@ LINKS = (
 TAGS = (
     _plain("tag", "message", 19, name, left=True),
     _plain("way", "way", 9, name, left=True),
-    _plain("frames_per_generation", "per gen.", 9, lambda value: Text(f"{value:,.2f}")),
+    _plain("frames_per_generation", "per gen.", 8, lambda value: Text(f"{value:,.2f}")),
     _plain("frames", "frames", 9),
     _plain("frames_per_s", "frames/s", 9, short),
     _plain("bytes_per_s", "kB/s", 7, _kilo),

@@ -86,8 +86,8 @@ class Observation:
         Args:
             said: What the root says of itself.
         """
-        own = read_status(said).observers
-        return bool(own) and protocol_of(own) != protocol_of(self.live.observers)
+        places = {protocol_of(place) for place in read_status(said).observers}
+        return bool(places) and protocol_of(self.live.observers) not in places
 
     def first_status(self) -> dict[str, object]:
         """Return the status of a root that may still be starting.

@@ -13,7 +13,6 @@ from importlib.metadata import version
 from typing import IO, Any
 
 import msgspec
-from mcap.writer import Writer
 
 from tramnet_master.traffic.intake import Arrival
 from tramnet_master.traffic.schemas import MALFORMED, Schema, schema_of
@@ -48,6 +47,8 @@ class Recorder:
     """
 
     def __init__(self, file: IO[bytes], about: Mapping[str, str], arrays: ArrayWords) -> None:
+        from mcap.writer import Writer  # noqa: PLC0415  slow to import, and only recorders need it
+
         self.frames = self.missed = self.dropped = 0
         self._arrays = arrays
         self._schemas: dict[str, int] = {}

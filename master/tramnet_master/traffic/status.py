@@ -30,7 +30,7 @@ class Status(Struct, frozen=True):
     Attributes:
         network: Name of the network.
         title: What runs.
-        observers: Endpoint of the root for observers, as its own machine reaches it.
+        observers: Endpoints of the root for observers, as its own machine reaches them.
         run: Number of the run, or None.
         topology: Shape of the network.
         epoch: Number of its wiring.
@@ -50,7 +50,7 @@ class Status(Struct, frozen=True):
 
     network: str = ""
     title: str = ""
-    observers: str = ""
+    observers: tuple[str, ...] = ()
     run: int | None = None
     topology: str = ""
     epoch: int = 0
