@@ -1,6 +1,7 @@
 """The command line: ``tramnet``. Commands live in ``commands``; here is their list and what their errors become."""
 
 import contextlib
+import io
 import os
 import sys
 from importlib.metadata import version
@@ -93,6 +94,8 @@ def _options(
 
 def main() -> None:
     """Run the command line; the exit codes are 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that has no such letter shows another
     sys.exit(run(sys.argv[1:]))
 
 

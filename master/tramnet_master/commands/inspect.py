@@ -29,10 +29,10 @@ from tramnet_master.traffic.words import json_line
 from tramnet_protocol.errors import NoAnswer
 from tramnet_protocol.messages import ROOT
 
-HEARTBEATS = 2.6
-"""Time in which every TRAM sends two heartbeats [s]."""
+HEARTBEATS = 3.5
+"""Longest wait for two heartbeats of every TRAM, which come once a second [s]."""
 
-REFRESH = 0.5
+REFRESH = 1.0
 """Longest time between two pictures of the live view [s]."""
 
 PERIOD = 1.0

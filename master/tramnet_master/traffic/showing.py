@@ -13,6 +13,9 @@ from tramnet_master.traffic.recording import Recording, read_recording
 from tramnet_master.traffic.replay import LinkTraffic, TagTraffic, links_of, tags_of
 from tramnet_master.traffic.words import json_line, printable
 
+PAGE = 120
+"""Width of the tables where no terminal has one."""
+
 
 def show_traffic(
     file: Path,
@@ -85,6 +88,8 @@ def _document(
 
 def _text(recording: Recording, links: list[LinkTraffic], tags: list[TagTraffic]) -> str:
     console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=PAGE)
     about = recording.about
     named = [about.get(name, "") for name in ("network", "title", "topology")]
     with console.capture() as captured:
@@ -103,7 +108,7 @@ def _text(recording: Recording, links: list[LinkTraffic], tags: list[TagTraffic]
 
 _LINKS = {
     "link": "{0.link}", "frames": "{0.frames:,}", "kB": "{1:,.1f}", "mean B": "{0.mean_bytes:,.0f}",
-    "frames/s": "{0.frames_per_s:,.1f}", "kB/s": "{2:,.1f}", "peak kB/s": "{3:,.1f}",
+    "frames/s": "{0.frames_per_s:,.1f}", "kB/s": "{2:,.1f}", "peak": "{3:,.1f}",
     "of 20 Mbd": "{0.utilisation:.1%}", "missed": "{0.missed:,}",
 }  # fmt: skip
 _TAGS = {

@@ -2,8 +2,9 @@
 
 What is known of a worker are three things: when its work passed, how long it says that it computed, and when its
 answer passed. It computed from when the work had passed and the answer before was computed, for as long as it says;
-from then until its answer passed, it was sending. The rest of the time it waited. A frame that a TRAM passes on for
-others is *passing* from when it came until it went on.
+from then until its answer passed, it was sending (or, on a machine that is full, waiting for a processor to send
+on). The rest of the time it waited. A frame that a TRAM passes on for others is *passing* from when it came until
+it went on.
 
 The root is sending while its frames follow one another, and computes while no work is out.
 """
