@@ -97,8 +97,9 @@ class Routes:
             epoch: The wiring the frame names, which is known.
             destination: Seat it is meant for.
         """
-        own = next(known for known in self._tables if known >= epoch)
-        table = self._tables[own]
+        tables = self._tables
+        own = epoch if epoch in tables else next(known for known in tables if known >= epoch)
+        table = tables[own]
         hop = table.hops.get(destination)
         if hop is None:
             return None
