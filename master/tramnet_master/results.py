@@ -97,6 +97,7 @@ class Result(Struct, frozen=True, kw_only=True):
         paper: The paper's figure for the same quantity, None where it has none.
         versions: Versions of what computed it.
         messages: What the root sent and received since it started, by the tag of ``protocol/README.md``.
+        expelled: Workers that an audit found to answer what is not so; nothing they answered is in the result.
         link_books: What the network would have been like if it had been made of transputers, in virtual time; None
             where no books were kept.
     """
@@ -119,6 +120,7 @@ class Result(Struct, frozen=True, kw_only=True):
     paper: float | None
     versions: dict[str, str]
     messages: dict[str, Messages] = {}
+    expelled: list[dict[str, object]] = []
     link_books: Booked | None = None
 
 
