@@ -105,6 +105,12 @@ class CheckpointStore:
         names = (_NAME.fullmatch(path.name) for path in self.folder.glob("checkpoint-*"))
         return [int(name[1]) for name in names if name]
 
+    def forget_after(self, generation: int) -> None:
+        """Remove the checkpoints of later generations."""
+        with writing(self.folder):
+            for later in (g for g in self.generations() if g > generation):
+                (self.folder / f"checkpoint-{later:08d}.tramnet").unlink(missing_ok=True)
+
     def clear(self) -> None:
         """Remove every checkpoint, damaged and half-written ones too."""
         with writing(self.folder):

@@ -18,6 +18,7 @@ from tramnet_master.files import write_atomically, writing
 COLUMNS = (*GenerationRow._fields, "elapsed_s")
 
 _BUFFER = 1 << 16
+_HEAD = (",".join(COLUMNS) + "\n").encode()
 
 
 class History:
@@ -40,7 +41,7 @@ class History:
         """
         self.path = path
         if generation == 0:
-            write_atomically(path, (",".join(COLUMNS) + "\n").encode())
+            write_atomically(path, _HEAD)
         else:
             cut_back(path, generation)
         with writing(path):
@@ -62,6 +63,16 @@ class History:
         with writing(self.path):
             self._file.flush()
             os.fsync(self._file.fileno())
+
+    def go_back(self, generation: int) -> None:
+        """Drop the rows after a generation, and go on from there."""
+        self.close()
+        if generation:
+            cut_back(self.path, generation)
+        else:
+            write_atomically(self.path, _HEAD)
+        with writing(self.path):
+            self._file = self.path.open("a", buffering=_BUFFER, encoding="ascii", newline="")
 
     def close(self) -> None:
         """Force all rows to the disk and let go of the file."""

@@ -195,3 +195,10 @@ Tls: TypeAlias = Annotated[
         help="Folder with this host's certificate and key; see `tramnet certificates`.",
     ),
 ]  # fmt: skip
+Audit: TypeAlias = Annotated[
+    float,
+    typer.Option(
+        min=0.0, max=1.0, envvar="TRAMNET_AUDIT", rich_help_panel=_FARM,
+        help="Share of the answers that the root computes again, to expel workers that lie; 0 for none.",
+    ),
+]  # fmt: skip

@@ -1,6 +1,7 @@
 """From an experiment to a finished run folder: what all `tramnet run` commands have in common."""
 
 import datetime
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,8 +46,11 @@ class Presentation:
             raise InvalidOption("--progress", self.progress, f"one of {known}") from error
 
 
-def launch(experiment: Experiment, options: RunOptions, presentation: Presentation) -> None:
+def launch(
+    prepare: Callable[[], Experiment], options: RunOptions, presentation: Presentation
+) -> None:
     """Make a run from the beginning."""
+    experiment = prepare()
 
     def open_folder(document: dict[str, object]) -> OpenRunFolder:
         path = presentation.out
@@ -58,7 +62,7 @@ def launch(experiment: Experiment, options: RunOptions, presentation: Presentati
     from tramnet_master.experiments.runner import run  # noqa: PLC0415  slow to import
 
     mode = presentation.mode
-    folder, _ = run(experiment, options, open_folder, open_progress(mode))
+    folder, _ = run(experiment, options, open_folder, open_progress(mode), prepare)
     show(folder, presentation.pictures, mode)
 
 
@@ -76,13 +80,17 @@ def make_run(experiment: Experiment, options: RunOptions, folder: Path, overwrit
 
 
 def go_on(
-    experiment: Experiment, options: RunOptions, folder: Path, presentation: Presentation
+    prepare: Callable[[], Experiment],
+    options: RunOptions,
+    folder: Path,
+    presentation: Presentation,
 ) -> None:
     """Go on with a run that was not finished."""
     from tramnet_master.experiments.runner import run  # noqa: PLC0415
 
     mode = presentation.mode
-    run(experiment, options, lambda _: OpenRunFolder.resume(folder), open_progress(mode))
+    resume = lambda _: OpenRunFolder.resume(folder)  # noqa: E731
+    run(prepare(), options, resume, open_progress(mode), prepare)
     show(folder, presentation.pictures, mode)
 
 

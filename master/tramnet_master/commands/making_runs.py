@@ -72,7 +72,7 @@ def makes_a_run(prepare: Callable[..., Experiment]) -> Callable[..., None]:
     def command(**values: object) -> None:
         farm = RunOptions(**{name: values.pop(name) for name in shared.farm})  # type: ignore[arg-type]
         shown = Presentation(**{name: values.pop(name) for name in _PRESENTATION})  # type: ignore[arg-type]
-        launch(prepare(**values), farm, shown)
+        launch(functools.partial(prepare, **values), farm, shown)
 
     mine = [parameter.replace(kind=_SHOWN) for parameter in own.parameters.values()]
     signature = inspect.Signature([*mine, *shared.parameters])

@@ -1,5 +1,6 @@
 """Commands that make a run, or go on with one."""
 
+import functools
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -202,4 +203,5 @@ def resume(
     restore: Callable[[Mapping[str, object]], Experiment]
     restore = import_module(EXPERIMENTS[name]).restore
     presentation = Presentation(folder, overwrite=False, pictures=pictures, progress=progress)
-    go_on(restore(document), read_options(folder / RUN, document, workers), folder, presentation)
+    options = read_options(folder / RUN, document, workers)
+    go_on(functools.partial(restore, document), options, folder, presentation)

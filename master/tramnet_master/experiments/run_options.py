@@ -45,6 +45,8 @@ class RunOptions:
         node: Whose machine the link books are kept for, or ``none`` for no books.
         mbaud: Speed of its links [Mbaud].
         pace: Whether frames really take as long as on such links.
+        audit: Share of the answers that the root recomputes to find workers that lie, beside the best of each
+            generation; 0 for no audit.
         tls: Folder with the root's certificate, its key and its list of who may join, or None to let all in.
     """
 
@@ -63,6 +65,7 @@ class RunOptions:
     node: str = T805
     mbaud: int = 20
     pace: bool = False
+    audit: float = 0.0
     tls: Path | None = None
 
     @property
@@ -133,6 +136,11 @@ class RunOptions:
         """
         if self.on_failure not in ("penalise", "retry", "stop"):
             raise InvalidOption("--on-failure", self.on_failure, "penalise, retry or stop")
+        if self.audit and self.allow_mixed:
+            raise InvalidOption(
+                "--audit", f"{self.audit:g} with --allow-mixed", "one of the two",
+                "workers whose arithmetic differs cannot be told from liars",
+            )  # fmt: skip
         return Rules(
             first_deadline=self.first_deadline,
             least_deadline=self.deadline,

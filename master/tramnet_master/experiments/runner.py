@@ -29,6 +29,8 @@ from tramnet_master.errors import (
 )
 from tramnet_master.experiments.experiment import Common, Experiment, Load, Timing
 from tramnet_master.experiments.run_options import RunOptions
+from tramnet_master.experiments.trust import Trust
+from tramnet_master.farm.audit import Answer, Audit
 from tramnet_master.farm.dispatcher import Farm, Hands
 from tramnet_master.farm.membership import Member
 from tramnet_master.farm.reception import House
@@ -42,7 +44,7 @@ from tramnet_protocol.codec import encode_body
 from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.links import LinkTiming
-from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
+from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup, Work
 from tramnet_protocol.pacing import Pacer
 from tramnet_protocol.packing import unpack
 from tramnet_protocol.security import Credentials
@@ -69,6 +71,7 @@ def run(
     options: RunOptions,
     open_folder: Callable[[dict[str, object]], OpenRunFolder],
     progress: Progress,
+    again: Callable[[], Experiment] | None = None,
 ) -> tuple[Path, Result]:
     """Make a run, or go on with one whose folder has a checkpoint.
 
@@ -77,6 +80,7 @@ def run(
         options: How.
         open_folder: Opens the run folder, given what its ``run.toml`` is to say.
         progress: Where to show it.
+        again: Prepares the same experiment once more, to go back where a worker has lied.
 
     Returns:
         The run folder and the result.
@@ -102,7 +106,7 @@ def run(
                 network, channel.endpoint, own, os.getpid(), str(folder.path.absolute())
             )
         )
-        root = Root(experiment, options, network, channel, folder, progress)
+        root = Root(experiment, options, network, channel, folder, progress, again)
         try:
             return folder.path, stack.enter_context(root).run()
         except (KeyboardInterrupt, BrokenPipeError) as error:
@@ -121,6 +125,7 @@ class Root:
         channel: Its end of the network.
         folder: The run folder.
         progress: Where to show it.
+        again: Prepares the same experiment once more.
     """
 
     def __init__(
@@ -131,6 +136,7 @@ class Root:
         channel: ZenohChannel,
         folder: OpenRunFolder,
         progress: Progress,
+        again: Callable[[], Experiment] | None,
     ) -> None:
         self._experiment = experiment
         self._options = options
@@ -138,6 +144,9 @@ class Root:
         self._channel = channel
         self._folder = folder
         self._progress = progress
+        self._again = again
+        self._trust = Trust()
+        self._evaluator: Evaluator | None = None
         self._name = f"{socket.gethostname()}-{os.getpid()}"
         self._supervisor: Supervisor | None = None
         self._before = _Past()  # what earlier parts of a resumed run have used up
@@ -154,8 +163,10 @@ class Root:
             Credentials.load(options.tls).seats() if options.tls else None,
         )
         hands = Hands(
-            self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
-        )
+            self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log,
+            lambda tram: self._trust.note(tram, self._experiment.engine),
+        )  # fmt: skip
+        audit = Audit(options.audit, secrets.token_bytes(16), self._recompute)
         self._books = options.books()
         self._pacer = Pacer(channel, LinkTiming.of(house.pace)) if house.pace else None
         self._farm = Farm(
@@ -167,6 +178,7 @@ class Root:
             hands,
             self._books,
             self._pacer,
+            audit if options.audit else None,
         )
 
     def __enter__(self) -> "Root":
@@ -196,7 +208,8 @@ class Root:
             if self._books is not None and isinstance(books, dict):
                 self._books.restore(books)
         self._start_workers()
-        Evaluator(experiment.setup)  # compiled once and here; workers are let in when that is done
+        # Compiled once and here; workers are let in when that is done.
+        self._evaluator = Evaluator(experiment.setup)
         self._farm.open()
         folder.log(
             "open", {"endpoint": self._channel.endpoint, "generation": experiment.engine.generation}
@@ -245,6 +258,9 @@ class Root:
             except RunFailed as error:
                 self._save(history, engine)
                 raise RunStopped(self._folder.path, str(error)) from error
+            if farm.liars:
+                engine = self._go_back(history)
+                continue
             if finished is None:
                 self._save(history, engine)
                 raise Interrupted(self._folder.path)
@@ -267,6 +283,35 @@ class Root:
             if not engine.finished and due.after(engine.generation, now):
                 self._save(history, engine)
         self._over = time.monotonic()
+
+    def _go_back(self, history: History) -> Engine:
+        """Go back to before a liar had any part in the run, and on from there without it."""
+        farm = self._farm
+        self._folder.checkpoints.forget_after(self._trust.go_back(farm.liars).generation)
+        while farm.busy and farm.next_outcome() is not None:
+            pass  # what is open still has nothing to do with the run any more
+        before = self._trust.go_back(farm.liars)  # there may be more of them by now
+        if self._again is None:
+            raise RunFailed("a worker has lied, and this run cannot be begun again")
+        self._tell(
+            f"back to generation {before.generation}: nothing that was answered by "
+            f"{', '.join(f'TRAM {tram.seat}' for tram in sorted(farm.liars))} is kept"
+        )
+        self._folder.checkpoints.forget_after(before.generation)
+        history.go_back(before.generation)
+        farm.liars.clear()
+        farm.forget_holders()
+        farm.condemned = [one for one in farm.condemned if one[0].step <= before.generation]
+        self._experiment = self._again()
+        engine = self._experiment.engine
+        if before.state is not None:
+            engine.restore(before.state)
+        self._submit_what_can_be_begun()
+        return engine
+
+    def _recompute(self, work: Work) -> Answer:
+        assert self._evaluator is not None, "nothing is answered before the root can compute"
+        return self._evaluator.compute(work), self._evaluator.snapshot(work)
 
     def _submit_what_can_be_begun(self) -> None:
         engine = self._experiment.engine
@@ -324,7 +369,11 @@ class Root:
         busy = tuple(farm.busy_seconds[tram] for tram in sorted(farm.busy_seconds))
         load = Load(farm.chunks, busy)
         result = experiment.conclude(self._folder, common, timing, load)
-        result = msgspec.structs.replace(result, messages=self._messages())
+        expelled = [
+            {"seat": t.seat, "host": m.request.host, "pid": m.request.pid, "certificate": m.name}
+            for t, m in farm.expelled.items()
+        ]
+        result = msgspec.structs.replace(result, messages=self._messages(), expelled=expelled)
         self._folder.write_result(result)
         return result
 

@@ -18,6 +18,7 @@ from msgspec import Struct
 
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
+from tramnet_master.farm.audit import Audit
 from tramnet_master.farm.books import Books, NoBooks
 from tramnet_master.farm.changes import Changes
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
@@ -120,6 +121,7 @@ class Hands:
         give_up: Takes what was condemned and why; raises RunFailed where the run shall end by it.
         restate: Adds to work on populations the state that a worker needs who does not hold them.
         note: Writes down that a worker joined, was lost or is replaced.
+        first_answer: Is told, where answers are audited, of the first one of each worker, before it counts.
     """
 
     replace: Callable[[Member, str], None]
@@ -128,6 +130,7 @@ class Hands:
     give_up: Callable[[str], None]
     restate: Callable[[Evolve], Evolve]
     note: Callable[[str, Mapping[str, object]], None]
+    first_answer: Callable[[Tram], None] = lambda _: None
 
 
 class Finished(NamedTuple):
@@ -156,6 +159,7 @@ class Farm:
         hands: What others do for the farm.
         books: Who is told what passes, or None for nobody.
         links: Where frames are published, or None for the channel.
+        audit: Who looks at answers again, or None for nobody.
 
     Attributes:
         inbox: Where everything arrives.
@@ -167,6 +171,8 @@ class Farm:
         waited_seconds: Time the engine's work took from its submission to its outcome [s].
         chunks: Number of answers accepted.
         busy_seconds: Compute time of the accepted answers of each worker that gave any [s].
+        liars: Workers found out since this was emptied last; what they answered is not to be trusted.
+        expelled: All workers found out.
     """
 
     def __init__(
@@ -179,6 +185,7 @@ class Farm:
         hands: Hands,
         books: Books | None = None,
         links: Publisher | None = None,
+        audit: Audit | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
         self.membership = Membership(shape, house.root_incarnation)
@@ -194,6 +201,10 @@ class Farm:
         self._hands = hands
         self._scheduler = scheduler
         self._books = books or NoBooks()
+        self._audit = audit
+        self.liars: set[Tram] = set()
+        self.expelled: dict[Tram, Member] = {}
+        self._givers: dict[Tram, Member] = {}  # all that ever gave an accepted answer
         identity = Identity(house.run, ROOT, house.root_incarnation)
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
@@ -204,6 +215,7 @@ class Farm:
         self._arrived: tuple[Collection, Outcome] | None = None
         self._changes = Changes()
         self._stalled: list[Tram] = []  # to be wired out when all instructions are carried out
+        self._found_out: list[Tram] = []  # to be expelled then
         self._started = time.monotonic()
         self._next_heartbeat = self._started
         self._next_tick = self._started
@@ -271,6 +283,15 @@ class Farm:
         self.waited_seconds += time.perf_counter() - began
         return self._resolved.popleft() if self._resolved else None
 
+    @property
+    def busy(self) -> bool:
+        """Whether work is open, or done and not fetched."""
+        return bool(self._open or self._resolved)
+
+    def forget_holders(self) -> None:
+        """Trust nobody to hold populations: from now on all work carries their state."""
+        self._holders = Holders()
+
     def wait_for(self, condition: Callable[[], bool], seconds: float) -> bool:
         """Go on until a condition holds or the time is over; return whether it holds."""
         end = time.monotonic() + seconds
@@ -285,18 +306,21 @@ class Farm:
 
     def dismiss(self, reason: str) -> None:
         """Tell every worker to end, past the links: those that pass it on end too."""
-        identity = self._exchange.identity
         for member in self.membership.live:
-            header = Header(
-                run=identity.run,
-                epoch=self.membership.wiring.epoch,
-                source=ROOT,
-                source_incarnation=identity.incarnation,
-                destination=member.tram.seat,
-                destination_incarnation=member.tram.incarnation,
-            )
-            order = encode(header, Stop(reason))
-            self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
+            self._order(member, Stop(reason))
+
+    def _order(self, member: Member, order: Stop) -> None:
+        identity = self._exchange.identity
+        header = Header(
+            run=identity.run,
+            epoch=self.membership.wiring.epoch,
+            source=ROOT,
+            source_incarnation=identity.incarnation,
+            destination=member.tram.seat,
+            destination_incarnation=member.tram.incarnation,
+        )
+        key = self._keys.wiring(member.tram.seat)
+        self._channel.publish(key, encode(header, order), Lane.CONTROL)
 
     def status(self) -> dict[str, object]:
         """Return what a dashboard needs to know of the workers and links."""
@@ -313,6 +337,8 @@ class Farm:
             "foreign": self._exchange.foreign + self._strange_tokens,
             "dropped": {reason.name.lower(): n for reason, n in self._scheduler.dropped.items()},
             "over_credit": sum(self.inbox.dropped.values()),
+            "audited": self._audit.checked if self._audit is not None else 0,
+            "expelled": len(self.expelled),
             "workers": [_describe(member, now) for member in self.membership.members],
         }
 
@@ -381,6 +407,9 @@ class Farm:
             message = frame.message()
         except MalformedFrame as error:
             self._exchange.refuse(f"of TRAM {tram.seat}", error)
+            return
+        if tram in self.expelled:
+            self._exchange.foreign += 1
             return
         match message:
             case Evaluated() | PopulationMeans() | Tracked():
@@ -470,6 +499,8 @@ class Farm:
                 if member is not None:
                     self._lose(member, "has fallen silent and is wired out")
             self._settle()
+        while self._found_out:
+            self._expel(self._found_out.pop())
 
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
@@ -481,6 +512,7 @@ class Farm:
                 assert self._arrived is not None, "only an arriving outcome is accepted"
                 collection, outcome = self._arrived
                 collection.accept(outcome, part)
+                self._note_giver(tram, collection.work.work, part)
                 if isinstance(outcome, PopulationMeans):
                     self._holders.note(outcome.work, tram)
                 share = part.size / outcome.work.size
@@ -514,7 +546,41 @@ class Farm:
         if not self._open:
             self._books.idle()
         self.compute_seconds += collection.seconds
-        self._resolved.append(Finished(collection.work, collection.outcome(), collection.snapshot))
+        finished = Finished(collection.work, collection.outcome(), collection.snapshot)
+        self._look_again(finished)
+        self._resolved.append(finished)
+
+    def _note_giver(self, tram: Tram, whole: WorkId, part: WorkId) -> None:
+        if self._audit is None:
+            return
+        self._audit.note(whole, part, tram)
+        member = self.membership.find(tram)
+        if tram not in self._givers and member is not None:
+            self._givers[tram] = member
+            self._hands.first_answer(tram)
+
+    def _look_again(self, finished: Finished) -> None:
+        """Compare what was answered with what the root computes itself; who differs has lied."""
+        if self._audit is None:
+            return
+        work = finished.work
+        if isinstance(work, Evolve) and self._audit.wants(work.work):
+            work = self._hands.restate(work)
+        liars = self._audit.liars(work, (finished.outcome, finished.snapshot))
+        self._found_out += liars - self.liars
+        self.liars |= liars
+
+    def _expel(self, tram: Tram) -> None:
+        """Let a worker go for good, and everybody who has its certificate; nobody is asked to replace it."""
+        known = self._givers[tram]
+        self.reception.ban(known)
+        for liar, member in self._givers.items():
+            if liar == tram or (member.name is not None and member.name == known.name):
+                self.liars.add(liar)
+                self.expelled[liar] = member
+                self._order(member, Stop("it answered what is not so"))
+                if self.membership.expel(liar) is not None:
+                    self._lose(member, "answered what is not so, and is expelled")
 
     def _open_and_submit(self, work: Work, holder: Tram | None) -> None:
         collection = open_collection(work)

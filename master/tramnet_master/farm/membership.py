@@ -39,6 +39,7 @@ class Member:
         stats: Its last heartbeat.
         heard: When that came [s], or when its token appeared.
         fresh: Whether its process has joined for the first time.
+        name: Name of its certificate, or None where it showed none.
     """
 
     tram: Tram
@@ -49,6 +50,7 @@ class Member:
     stats: Stats | None = None
     heard: float = 0.0
     fresh: bool = True
+    name: str | None = None
 
 
 class Membership:

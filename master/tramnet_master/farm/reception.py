@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from tramnet_master.farm.membership import Membership
+from tramnet_master.farm.membership import Member, Membership
 from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.errors import BadTopology, MalformedFrame
 from tramnet_protocol.messages import (
@@ -61,6 +61,7 @@ class Reception:
     def __init__(self, house: House, membership: Membership) -> None:
         self._house = house
         self._membership = membership
+        self._banned: set[object] = set()  # names of certificates, or host and process id
         self.mixed = False
         self.refused = 0
 
@@ -80,10 +81,13 @@ class Reception:
             return self._refuse(f"found a {type(request).__name__}, expected a JoinRequest")
         seats = self._seats_of(name)
         reason = self._objection(request) if seats else f"no seat is for {name or 'the nameless'}"
+        if self._banned & {name, (request.host, request.pid)}:
+            reason = "it answered what is not so, and is expelled"
         if reason:
             return self._refuse(reason)
         try:
             member = self._membership.admit(request, now, seats)
+            member.name = name
         except BadTopology as error:
             return self._refuse(str(error), final=False)
         reply = JoinReply(
@@ -96,6 +100,11 @@ class Reception:
             self._house.pace,
         )
         return self._frame(reply)
+
+    def ban(self, member: Member) -> None:
+        """Let nobody in any more who has a member's certificate or, where there are none, its process id."""
+        own = (member.request.host, member.request.pid)
+        self._banned.add(member.name if member.name is not None else own)
 
     def control(self, payload: bytes, act: Callable[[ControlRequest], ControlReply]) -> bytes:
         """Answer somebody who steers.
