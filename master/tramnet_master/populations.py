@@ -18,7 +18,7 @@ from tramnet_workers.problems.steps import Step
 
 Floats = NDArray[np.float64]
 
-MOST_ROWS = 100_000  # of one search
+MOST_ROWS = 20_000  # of one search
 _NAMES = ("stage", "returns", "generation", "population", "best", "mean", "total_length_m")
 _NUMBERS = {Step.DESIGN: 1, Step.PLACEMENT: 1, Step.PROTOTYPE: 2, Step.PLANNING: 3}
 

@@ -44,6 +44,11 @@ class _Table:
         graph = graph_of(self.wiring)
         return graph.next_hops(self._seat) if self._seat in graph.neighbours else {}
 
+    @cached_property
+    def neighbours(self) -> frozenset[int]:
+        """The TRAMs at the other ends of the links of this one."""
+        return frozenset(graph_of(self.wiring).neighbours.get(self._seat, ()))
+
 
 class Routes:
     """The wirings a node knows.
@@ -92,10 +97,25 @@ class Routes:
             epoch: The wiring the frame names, which is known.
             destination: Seat it is meant for.
         """
-        own = next(known for known in self._tables if known >= epoch)
-        table = self._tables[own]
+        tables = self._tables
+        own = epoch if epoch in tables else next(known for known in tables if known >= epoch)
+        table = tables[own]
         hop = table.hops.get(destination)
         if hop is None:
             return None
         lives = self._wiring.incarnations.get(hop)
         return Step(hop, own) if lives == table.wiring.incarnations[hop] else None
+
+    def admits(self, hop: int, source: int) -> bool:
+        """Return whether a frame of a TRAM may come on the link from another one, by any wiring known here.
+
+        Only neighbours have links here, and a neighbour's own frames come on its own.
+
+        Args:
+            hop: The TRAM at the other end of the link.
+            source: The TRAM that is said to have made the frame.
+        """
+        return any(
+            hop in table.neighbours and (hop == source or source not in table.neighbours)
+            for table in self._tables.values()
+        )

@@ -1,14 +1,19 @@
+import itertools
+
 import pytest
 
 from tramnet_master.farm.events import Tram
-from tramnet_master.farm.membership import EXPECTED_FOR, SILENCE, Membership
+from tramnet_master.farm.membership import EXPECTED_FOR, MOST_EXPECTED, SILENCE, Membership
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.limits import MAX_ITEMS
 from tramnet_protocol.messages import JoinRequest, Stats, Wiring
 from tramnet_protocol.topology import shape_named
 
+_PIDS = itertools.count(1000)
 
-def request(pid: int = 7) -> JoinRequest:
+
+def request(pid: int | None = None) -> JoinRequest:
+    pid = next(_PIDS) if pid is None else pid
     return JoinRequest(1, "0.1.0", "f" * 64, "host", pid, "supervisor")
 
 
@@ -146,7 +151,26 @@ def test_a_process_that_comes_back_is_not_fresh(membership):
 def test_a_wiring_never_has_more_links_than_a_message_tells_of():
     membership = Membership(shape_named("torus"), root_incarnation=99)
     while len(membership.members) + 1 < MAX_ITEMS // 2:
-        membership.admit(request(), 0.0)
+        membership.appeared(membership.admit(request(), 0.0).tram.seat, 0.0)
 
     with pytest.raises(BadTopology, match=r"found 4097 links of a torus .* use tree"):
         membership.admit(request(), 0.0)
+
+
+def test_a_process_that_did_not_hear_the_answer_is_given_the_same_again(membership):
+    first, again = membership.admit(request(7), 0.0), membership.admit(request(7), 1.0)
+    membership.appeared(1, 2.0)
+    another_life = membership.admit(request(7), 3.0)
+
+    assert again is first
+    assert another_life.tram == Tram(2, 2)
+
+
+def test_whoever_only_asks_cannot_take_all_seats(membership):
+    for _ in range(MOST_EXPECTED):
+        membership.admit(request(), 0.0)
+
+    with pytest.raises(BadTopology, match="ask again later"):
+        membership.admit(request(), 0.0)
+    membership.appeared(1, 0.0)
+    assert membership.admit(request(), 0.0).tram.seat == MOST_EXPECTED + 1

@@ -11,7 +11,7 @@ from undisturbed import SPHERE, assert_undisturbed
 pytestmark = pytest.mark.system
 
 GENERATIONS = 25
-SLOW = (*SPHERE, "--set", "delay=0.004", "--generations", GENERATIONS)
+SLOW = (*SPHERE, "--set", "delay=0.01", "--generations", GENERATIONS)
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3, 5])

@@ -29,7 +29,7 @@ from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.farm.ways import ways
 from tramnet_protocol.channel import Channel, Lane, Publisher, Query
 from tramnet_protocol.codec import Frame, Header, decode, encode
-from tramnet_protocol.errors import MalformedFrame, UnknownKey
+from tramnet_protocol.errors import MalformedFrame, ProtocolError, UnknownKey
 from tramnet_protocol.exchange import Exchange, Identity
 from tramnet_protocol.inbox import Inbox
 from tramnet_protocol.keys import Keys, parse
@@ -59,6 +59,9 @@ from tramnet_workers.node.supervisor import Ended
 
 HEARTBEAT = 1.0
 """Period of the root's own statistics [s]."""
+
+STRANGERS = "strangers"
+"""Source of all that comes from those who have no seat."""
 
 TICK = 0.25
 """Longest time between two looks at the deadlines, however much arrives [s]."""
@@ -208,6 +211,10 @@ class Farm:
         self._evaluations = 0
         self.chunks = 0
         self._interrupted = False
+        # What follows is read by the transport's threads, and replaced rather than changed.
+        self._members_keys: frozenset[str] = frozenset()
+        self._strange_tokens = 0
+        self._note_members()
 
     @property
     def messages(self) -> tuple[TagCounters, ...]:
@@ -219,13 +226,13 @@ class Farm:
         inbox, keys, channel = self.inbox, self._keys, self._channel
         channel.subscribe(
             keys.links_to(ROOT),
-            lambda key, payload: inbox.put_from(key, len(payload), FrameArrived(key, payload)),
+            lambda key, payload: self._put(key, len(payload), FrameArrived(key, payload)),
         )
         channel.subscribe(
             keys.all_stats,
-            lambda key, payload: inbox.put_from(key, len(payload), HeartbeatArrived(key, payload)),
+            lambda key, payload: self._put(key, len(payload), HeartbeatArrived(key, payload)),
         )
-        channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
+        channel.watch_tokens(keys.all_alive, self._put_token)
         channel.serve(
             keys.control,
             lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
@@ -235,7 +242,7 @@ class Farm:
         for key in (keys.join, keys.join_as_anybody):
             channel.serve(
                 key,
-                lambda query: inbox.put_from(query.key, len(query.payload), JoinAsked(query)),
+                lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
             )
 
     def interrupt(self) -> None:
@@ -303,11 +310,24 @@ class Farm:
             "lost": self.lost,
             "refused": self.reception.refused,
             "malformed": self._exchange.malformed,
-            "foreign": self._exchange.foreign,
+            "foreign": self._exchange.foreign + self._strange_tokens,
             "dropped": {reason.name.lower(): n for reason, n in self._scheduler.dropped.items()},
             "over_credit": sum(self.inbox.dropped.values()),
             "workers": [_describe(member, now) for member in self.membership.members],
         }
+
+    # Threads of the transport.
+
+    def _put(self, key: str, size: int, item: Item) -> None:
+        """Enqueue what came on a key; those who have no seat share one credit."""
+        self.inbox.put_from(key if key in self._members_keys else STRANGERS, size, item)
+
+    def _put_token(self, key: str, alive: bool) -> None:
+        """Enqueue that a token has changed; nobody shows one before it has a seat."""
+        if key in self._members_keys:
+            self.inbox.put(TokenChanged(key, alive))
+        else:
+            self._strange_tokens += 1
 
     # One turn of the loop.
 
@@ -338,10 +358,12 @@ class Farm:
                 frame = self._exchange.incoming(key, payload)
                 if frame is None:
                     return
-                if self._exchange.is_ours(frame):
+                if not self._exchange.is_ours(frame):
+                    self._exchange.foreign += (
+                        1  # all ways begin or end here: the root passes nothing on
+                    )
+                elif self._exchange.admits(key, frame):
                     self._take_frame(frame)
-                else:  # all ways begin or end here, so the root passes nothing on
-                    self._exchange.foreign += 1
             case HeartbeatArrived(key, payload):
                 self._take_heartbeat(key, payload)
             case TokenChanged(key, alive):
@@ -349,7 +371,7 @@ class Farm:
             case JoinAsked(query):
                 self._take_join(query)
             case ControlAsked(query):
-                query.reply(self.reception.control(query.payload, self._hands.steer))
+                self._reply(query, self.reception.control(query.payload, self._hands.steer))
             case Ended():
                 self._take_end(item)
 
@@ -358,8 +380,7 @@ class Farm:
         try:
             message = frame.message()
         except MalformedFrame as error:
-            self._exchange.malformed += 1
-            _log.warning("dropped a frame of TRAM %d: %s", tram.seat, error)
+            self._exchange.refuse(f"of TRAM {tram.seat}", error)
             return
         match message:
             case Evaluated() | PopulationMeans() | Tracked():
@@ -414,7 +435,24 @@ class Farm:
 
     def _take_join(self, query: Query) -> None:
         name = self._keys.asker(query.key)
-        query.reply(self.reception.join(query.payload, time.monotonic(), name))
+        answer = self.reception.join(query.payload, time.monotonic(), name)
+        self._note_members()
+        self._reply(query, answer)
+
+    def _reply(self, query: Query, answer: bytes) -> None:
+        try:
+            query.reply(answer)
+        except ProtocolError as error:
+            _log.warning("could not answer on %s: %s", query.key, error)
+
+    def _note_members(self) -> None:
+        """Let the transport's threads know who has a seat."""
+        keys = self._keys
+        self._members_keys = frozenset(
+            key
+            for seat in (ROOT, *(member.tram.seat for member in self.membership.members))
+            for key in (keys.link(seat, ROOT), keys.stats(seat), keys.alive(seat))
+        )
 
     def _take_end(self, ended: Ended) -> None:
         """Free at once the seat of a local process that ended before its token appeared."""
@@ -544,6 +582,7 @@ class Farm:
         """Have everybody send by a new wiring, and tell the scheduler of that and of who joined and was lost."""
         changes, self._changes = self._changes, Changes()
         wiring, live = self.membership.rewire(), self.membership.live
+        self._note_members()
         self._exchange.rewire(wiring)
         self._books.rewired(wiring)
         self.inbox.widen(len(live))

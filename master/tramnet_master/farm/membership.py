@@ -22,6 +22,10 @@ EXPECTED_FOR = 600.0
 """Time a worker may take from its seat to its token: kernels may have to be compiled [s]."""
 
 
+MOST_EXPECTED = 512
+"""Workers that may have a seat and not be there yet: whoever only asks cannot take all seats."""
+
+
 @dataclass(slots=True)
 class Member:
     """A worker with a seat.
@@ -94,9 +98,15 @@ class Membership:
             seats: Seats it may have.
 
         Raises:
-            BadTopology: The shape has no room for it, or none of these is free.
+            BadTopology: The shape has no room for it, none of these is free, or too many are on their way.
         """
         self._forget_the_never_seen(now)
+        expected = [member for member in self._members.values() if not (member.live or member.out)]
+        for member in expected:
+            if (member.request.host, member.request.pid) == (request.host, request.pid):
+                return member  # it did not hear the answer
+        if len(expected) >= MOST_EXPECTED:
+            raise BadTopology(f"found {len(expected)} workers on their way here; ask again later")
         self._shape.check_room(len(self._members) + 2)
         seat = lowest_free_seat(self._members, seats)
         self._check_links({ROOT, seat, *self._members})

@@ -5,7 +5,6 @@ would cost a generation about a tenth of its round trip; those for other TRAMs, 
 wiring, are the router's. Answers and what is passed on share one lock: a frame's number and its place on the link.
 """
 
-import logging
 import threading
 from collections.abc import Callable
 
@@ -27,8 +26,6 @@ from tramnet_protocol.messages import (
 )
 from tramnet_protocol.pacing import Pacer
 from tramnet_workers.node.router import Router
-
-_log = logging.getLogger(__name__)
 
 
 class Links:
@@ -101,7 +98,8 @@ class Links:
         if frame is None:
             return
         if self.exchange.is_ours(frame) and self.exchange.routes.knows(frame.header.epoch):
-            self._take(frame)
+            if self.exchange.admits(key, frame):
+                self._take(frame)
         else:
             self._router.put(key, frame, len(payload))
 
@@ -115,8 +113,7 @@ class Links:
         try:
             message = frame.message()
         except MalformedFrame as error:
-            self.exchange.malformed += 1
-            _log.warning("dropped a frame of TRAM %d: %s", frame.header.source, error)
+            self.exchange.refuse(f"of TRAM {frame.header.source}", error)
             return
         if frame.header.source == ROOT and isinstance(message, Work):
             self._deliver(frame.header, message)
