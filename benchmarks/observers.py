@@ -7,7 +7,7 @@ that whatever an observer takes on such a machine is missing. Each observer come
 and as many windows of two seconds lie beside its visits as in them. Compared is the mean generation of the best
 window with it and of the best without it, which the machine's other work disturbed least. The bar is 1.02 for
 `inspect`, which reads what is published anyway once a second; what --sniff, echo and record cost, which have every
-frame sent once more, is printed for information, as is the share that each has in the compute time of all processes.
+frame sent once more, is printed for information, as is the share of each in the compute time of all processes.
 """
 
 import contextlib
