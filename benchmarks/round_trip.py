@@ -62,7 +62,7 @@ def echoing(answer_size: int) -> Iterator[Callable[[bytes], float]]:
     Args:
         answer_size: Length of what the process sends back [B].
     """
-    settings = root_settings("bench", ["tcp/127.0.0.1:0"], None)
+    settings = root_settings("bench", ["tcp/127.0.0.1:0"], ())
     with zenoh.open(zenoh.Config.from_json5(json.dumps(settings))) as session:
         arrived = _queue(session, _BACK)
         publisher = _publisher(session, _OUT)

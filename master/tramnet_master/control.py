@@ -19,7 +19,7 @@ def locate(connect: str | None, network: str | None) -> networks.LiveNetwork:
     """Return where a network is: at the endpoint given, or live on this machine.
 
     Args:
-        connect: Endpoint of the root, or None.
+        connect: Endpoint of the root, for workers or for observers as the caller needs it, or None.
         network: Name of the network, or None for the only live one (or, at an endpoint, the default name).
 
     Raises:

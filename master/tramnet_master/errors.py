@@ -19,6 +19,7 @@
   x NetworkTaken: a live root holds that network name
   x NoNetwork: nothing to connect to
   x AmbiguousNetwork: several networks are alive and none was named
+  x NotWell: nothing of what was asked after is here, or not all of it works
   x NothingHeard: less was said in time than somebody waited for
   x UnsafeFolder: the runtime folder is not private
 """
@@ -284,6 +285,10 @@ class AmbiguousNetwork(BadInput):
             f"found {len(live)} live networks ({', '.join(live)}), expected one "
             "(name it with --network)"
         )
+
+
+class NotWell(MasterError):
+    """Nothing of what somebody asks after is here, or not all of it works."""
 
 
 class NothingHeard(MasterError):

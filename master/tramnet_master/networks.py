@@ -125,7 +125,7 @@ def find(network: str | None = None) -> LiveNetwork:
 def _live() -> Iterator[LiveNetwork]:
     for path in sorted(runtime_folder().glob("*.json")):
         found = _read(path)
-        if found is not None and _is_locked(path):
+        if found is not None and is_locked(path):
             yield found
 
 
@@ -136,7 +136,8 @@ def _read(path: Path) -> LiveNetwork | None:
         return None  # empty: claimed and not announced yet
 
 
-def _is_locked(path: Path) -> bool:
+def is_locked(path: Path) -> bool:
+    """Return whether a live process holds the lock on a file."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     except FileNotFoundError:

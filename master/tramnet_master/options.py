@@ -66,11 +66,25 @@ Listen: TypeAlias = Annotated[
         help="Where the root listens for workers; beyond loopback only if you say so.",
     ),
 ]  # fmt: skip
+Observers: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        envvar="TRAMNET_OBSERVERS", rich_help_panel=_FARM,
+        help="Where observers of other machines attach, ws/HOST:PORT; those of this one need nothing.",
+    ),
+]  # fmt: skip
 Connect: TypeAlias = Annotated[
     str | None,
     typer.Option(
         envvar="TRAMNET_CONNECT", rich_help_panel=_FARM,
         help="Where the root listens, tcp/HOST:PORT; the live network of this machine if omitted.",
+    ),
+]  # fmt: skip
+Attach: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--connect", envvar="TRAMNET_CONNECT", rich_help_panel=_FARM,
+        help="Where the root has observers attach (its --observe); this machine's live network if omitted.",
     ),
 ]  # fmt: skip
 FirstDeadline: TypeAlias = Annotated[
@@ -137,6 +151,13 @@ Node: TypeAlias = Annotated[
     typer.Option(
         envvar="TRAMNET_NODE", rich_help_panel=_FARM,
         help="Machine of the 1990s to keep link books for, in virtual time: t805-25, or none.",
+    ),
+]  # fmt: skip
+Pace: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--pace", envvar="TRAMNET_PACE", rich_help_panel=_FARM,
+        help="Let frames really take as long as on a transputer's links, to show it.",
     ),
 ]  # fmt: skip
 Mbaud: TypeAlias = Annotated[

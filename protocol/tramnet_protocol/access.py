@@ -6,10 +6,13 @@ token; it hears what is sent to those seats, and what happened. Observers on thi
 a folder of its user's own) and whoever holds the root's own certificate hear everything and may steer.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ROOT
+
+SOCKET = "unixsock-stream"
+"""Protocol of endpoints that a machine's own users reach, as far as their folder lets them."""
 
 _SAY = ("put", "liveliness_token")
 _LISTEN = ("declare_subscriber", "declare_liveliness_subscriber", "liveliness_query")
@@ -17,7 +20,7 @@ _IN, _OUT = "ingress", "egress"
 
 
 def access_rules(
-    network: str, root: str, seats: Mapping[str, range], observers: str | None
+    network: str, root: str, seats: Mapping[str, range], observers: Collection[str] = ()
 ) -> dict[str, object]:
     """Return the access-control list of a root.
 
@@ -25,7 +28,7 @@ def access_rules(
         network: Name of the network.
         root: Name in the root's own certificate.
         seats: Seats that each name may take; the root's own name stands for its local workers.
-        observers: Protocol of the endpoint for observers, or None where there is none.
+        observers: Protocols of the endpoints for observers; only a socket of this machine is trusted.
     """
     keys = Keys(network)
     rules = [*_rules_for_all(keys)]
@@ -39,8 +42,8 @@ def access_rules(
         {"id": name, "cert_common_names": [name]} for name in {*seats, root}
     ]
     trusted = [root]
-    if observers:
-        subjects.append({"id": "observers of this machine", "link_protocols": [observers]})
+    if SOCKET in observers:
+        subjects.append({"id": "observers of this machine", "link_protocols": [SOCKET]})
         trusted.append("observers of this machine")
     policies.append({"rules": ["watch", "watched", "steer", "steered"], "subjects": trusted})
     return {

@@ -4,8 +4,8 @@ The defaults of Zenoh listen on every interface, scout by multicast, gossip, mov
 memory and drop under load. Here a root is a peer that listens where it is told, everybody else is a client of it,
 and nothing leaves the links that are named. The lease that counts is the sender's, so every node has the same.
 
-Observers attach at an endpoint of the root with a protocol of its own; by that protocol one rule turns whatever the
-root sends them into DROP at BACKGROUND priority, so that an observer that hangs never holds up the root.
+Observers attach at endpoints of the root whose protocols no worker uses; by these protocols one rule turns whatever
+the root sends them into DROP at BACKGROUND priority, so that an observer that hangs never holds up the root.
 """
 
 import re
@@ -25,6 +25,9 @@ ENVELOPE_BYTES = 4096
 PRIVATE = ("tls", "quic")
 """Protocols over which both sides show certificates."""
 
+LOCAL = "unixsock-stream"
+"""Protocol that reaches no further than this machine, and whoever can enter a folder of it."""
+
 _ENDPOINT = re.compile(r"(?P<protocol>[a-z][a-z-]*)/(?P<address>\S+)")
 
 _DROP = {
@@ -38,7 +41,7 @@ _DROP = {
 def root_settings(
     network: str,
     listen: Sequence[str],
-    observers: str | None,
+    observers: Sequence[str] = (),
     credentials: Credentials | None = None,
 ) -> Settings:
     """Return the settings of a root.
@@ -46,7 +49,7 @@ def root_settings(
     Args:
         network: Name of the network, shown in the admin space.
         listen: Endpoints for workers.
-        observers: Endpoint for observers, of a protocol no worker uses; or None.
+        observers: Endpoints for observers, of protocols no worker uses.
         credentials: Where given, only those may join whom its list of seats names.
 
     Raises:
@@ -54,28 +57,27 @@ def root_settings(
             without a certificate where these are asked for.
         BadCredentials: The list of seats cannot be used.
     """
-    shared = {protocol_of(endpoint) for endpoint in listen}
+    workers = {protocol_of(endpoint) for endpoint in listen}
     settings = _common(f"tramnet root {network}", credentials) | {
         "mode": "peer",
-        "listen": {"endpoints": [*listen, observers] if observers else [*listen]},
+        "listen": {"endpoints": [*listen, *observers]},
         "connect": {"endpoints": []},
         "adminspace": {"enabled": True, "permissions": {"read": True, "write": False}},
     }
-    if observers:
-        if protocol_of(observers) in shared:
+    for endpoint in observers:
+        if protocol_of(endpoint) in workers:
             raise BadEndpoint(
-                observers,
-                f"found {observers} for observers and the same protocol for workers; "
-                "expected a protocol of its own, such as unixsock-stream",
+                endpoint,
+                f"found {endpoint} for observers and the same protocol for workers; expected a protocol of "
+                "its own, by which they are told apart: ws/HOST:PORT, or unixsock-stream on this machine",
             )
-        settings["qos"] = {"network": [_observers_rule(protocol_of(observers))]}
+    if observers:
+        settings["qos"] = {"network": [_observers_rule(observers)]}
     if credentials:
-        _check_private(listen)
+        here = [LOCAL for endpoint in observers if protocol_of(endpoint) == LOCAL][:1]
+        _check_private([*listen, *(o for o in observers if protocol_of(o) != LOCAL)])
         settings["access_control"] = access_rules(
-            network,
-            credentials.name,
-            credentials.seats(),
-            protocol_of(observers) if observers else None,
+            network, credentials.name, credentials.seats(), here
         )
     return settings
 
@@ -168,12 +170,12 @@ def _tls(credentials: Credentials) -> Settings:
     }
 
 
-def _observers_rule(protocol: str) -> Settings:
+def _observers_rule(endpoints: Sequence[str]) -> Settings:
     return {
         "id": "observers",
         "messages": ["put", "delete", "query"],
         "flows": ["egress"],
         "key_exprs": ["**"],
-        "link_protocols": [protocol],
+        "link_protocols": sorted({protocol_of(endpoint) for endpoint in endpoints}),
         "overwrite": {"priority": "background", "congestion_control": "drop"},
     }

@@ -276,6 +276,18 @@ def rewire(shape: Shape, incarnations: Mapping[int, int], epoch: int) -> Wiring:
     return Wiring(epoch, shape.name, dict(incarnations), graph.edges)
 
 
+def check_wiring(wiring: Wiring) -> None:
+    """Check the links of a wiring that arrived, in less time than its graph takes.
+
+    Raises:
+        BadTopology: A link of it joins a TRAM to itself or to one that is not live.
+    """
+    live = wiring.incarnations
+    for one, other in wiring.edges:
+        if one == other or one not in live or other not in live:
+            raise BadTopology(f"found the link {one}-{other}; expected two different live TRAMs")
+
+
 def graph_of(wiring: Wiring) -> Graph:
     """Return the graph of a wiring that arrived.
 

@@ -54,7 +54,7 @@ _LOCAL_ANSWER_SECONDS = 5.0
 def open_root(
     network: str,
     listen: Sequence[str],
-    observers: str | None = None,
+    observers: Sequence[str] = (),
     credentials: Credentials | None = None,
 ) -> "ZenohChannel":
     """Open the root's end of a network.
@@ -62,7 +62,7 @@ def open_root(
     Args:
         network: Name of the network.
         listen: Endpoints at which workers connect; port 0 takes a free one.
-        observers: Endpoint at which observers attach, of a protocol of its own, or None. Whatever is sent to them
+        observers: Endpoints at which observers attach, of protocols that no worker uses. Whatever is sent to them
             is dropped rather than waited for.
         credentials: Where given, workers must show certificates, and may do what the list of seats says.
 
@@ -72,7 +72,7 @@ def open_root(
         BadCredentials: The list of seats cannot be used.
     """
     check_network(network)
-    endpoints = [*listen, observers] if observers else [*listen]
+    endpoints = [*listen, *observers]
     try:
         session = _open(root_settings(network, listen, observers, credentials))
     except zenoh.ZError as error:
@@ -102,7 +102,7 @@ def open_observer(connect: str, credentials: Credentials | None = None) -> "Zeno
     """Open an observer's end of a network.
 
     Args:
-        connect: The root's endpoint for observers.
+        connect: One of the root's endpoints for observers.
         credentials: The root's own, where it is watched from elsewhere and asks for certificates.
 
     Raises:
@@ -116,7 +116,7 @@ class ZenohChannel:
     """A channel over Zenoh; see ``Channel`` for what its methods promise.
 
     Attributes:
-        endpoints: Where this node is reached from this machine: those for workers first, that for observers last.
+        endpoints: Where this node is reached from this machine: those for workers first, those for observers last.
     """
 
     def __init__(self, session: zenoh.Session, endpoints: tuple[str, ...] = ()) -> None:

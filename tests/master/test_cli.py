@@ -1,7 +1,8 @@
 import pytest
+import typer
 
 from tramnet_master import tracking_times
-from tramnet_master.cli import run
+from tramnet_master.cli import app, run
 from tramnet_master.tracking_times import MethodTime
 
 
@@ -26,6 +27,18 @@ def test_the_installed_problems_are_listed(capsys):
     [
         (["scale", "2"], "none is live here"),
         (["inspect", "--once", "--network", "alpha"], "network 'alpha': not found"),
+        (["inspect", "--sort", "speed"], "bytes_per_s"),
+        (["inspect", "--filter", "speed>3"], "utilisation"),
+        (["inspect", "--show", "topics"], "topics come with --sniff"),
+        (["inspect", "--csv", "--show", "trams,links"], "one table for --csv"),
+        (["echo", "--tag", "shout"], "one of evaluate"),
+        (["record", "a.mcap", "--arrays", "some"], "base64"),
+        (["traffic", "nowhere.mcap"], "no such file"),
+        (["run", "problem", "sphere", "--observers", "tcp/127.0.0.1:1"], "a protocol of its own"),
+        (
+            ["run", "problem", "sphere", "--observers", "ws/127.0.0.1:1", "--tls", "x"],
+            "beside --tls",
+        ),
         (["resume", "nowhere"], "no such folder"),
         (["report", "nowhere"], "nowhere"),
         (["table", "puma560", "--cases", "8"], "cases between 1 and 7"),
@@ -53,6 +66,29 @@ def test_every_option_can_come_from_the_environment(monkeypatch, capsys, tmp_pat
 
     assert run(["run", "problem", "sphere"]) == 2
     assert "not a name" in capsys.readouterr().err
+
+
+RUNS = [["run", name] for name in ("crank", "problem", "puma560", "redundant8")]
+
+
+@pytest.mark.parametrize("words", [*RUNS, ["worker"], ["inspect"], ["status"]], ids=" ".join)
+def test_each_option_has_its_environment_variable(words):
+    command = typer.main.get_command(app)
+    for word in words:
+        command = command.commands[word]
+    options = [p for p in command.params if p.param_type_name == "option" and p.name != "help"]
+
+    assert len(options) > 3
+    for option in options:
+        name = max(option.opts, key=len).removeprefix("--").replace("-", "_").upper()
+        assert option.envvar == f"TRAMNET_{name}"
+
+
+def test_several_settings_come_from_the_environment_with_spaces_between(monkeypatch, capsys):
+    monkeypatch.setenv("TRAMNET_SET", "dimension=2 size=3")
+
+    assert run(["run", "problem", "sphere"]) == 2
+    assert "size" in capsys.readouterr().err
 
 
 def test_a_run_file_that_was_altered_is_refused(tmp_path, capsys):

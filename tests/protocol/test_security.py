@@ -61,12 +61,17 @@ def test_a_certificate_that_is_none_is_refused(tmp_path):
 
 def test_where_certificates_are_asked_for_nobody_comes_without():
     with pytest.raises(BadEndpoint, match=r"found tcp/0\.0\.0\.0:7447, expected one of tls, quic"):
-        root_settings("lab", ["tcp/0.0.0.0:7447"], None, Credentials("root", Path()))
+        root_settings("lab", ["tcp/0.0.0.0:7447"], (), Credentials("root", Path()))
+
+
+def test_whoever_watches_from_elsewhere_needs_a_certificate_too():
+    with pytest.raises(BadEndpoint, match="found ws/"):
+        root_settings("lab", ["tls/0.0.0.0:1"], ["ws/0.0.0.0:2"], Credentials("root", Path()))
 
 
 @given(st.integers(1, MAX_SEATS - 1), st.integers(0, MAX_SEATS - 1))
 def test_a_name_may_write_on_the_links_of_its_own_seats_only(seat, other):
-    keys, rules = Keys("lab"), access_rules("lab", "root", {"lab-2": LAB_2, "lab-3": LAB_3}, None)
+    keys, rules = Keys("lab"), access_rules("lab", "root", {"lab-2": LAB_2, "lab-3": LAB_3})
     (policy,) = (policy for policy in rules["policies"] if policy["subjects"] == ["lab-2"])
     allowed = [
         pattern

@@ -59,7 +59,7 @@ def root(secure, tmp_path):
 
     credentials = Credentials.load(secure / "root")
     observers = f"unixsock-stream/{tmp_path}/o"
-    with open_root("tramnet", ["tls/127.0.0.1:0"], observers, credentials) as channel:
+    with open_root("tramnet", ["tls/127.0.0.1:0"], [observers], credentials) as channel:
         channel.told = told
         # As a root does, which those who may come are told of; and all the rest, to hear what should not pass.
         for pattern in (KEYS.links_to(0), KEYS.all_stats, KEYS.everything):

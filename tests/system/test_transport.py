@@ -3,6 +3,7 @@ import itertools
 import os
 import queue
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -27,6 +28,7 @@ from tramnet_protocol.errors import (
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.limits import MAX_MESSAGE_BYTES
 from tramnet_protocol.messages import Evaluate, Kind, WorkId
+from tramnet_protocol.settings import root_settings
 from tramnet_protocol.transport import open_observer, open_root, open_worker
 
 pytestmark = pytest.mark.system
@@ -54,6 +56,19 @@ def folder():
     # Not tmp_path, which can be longer than the path of a socket may be.
     with tempfile.TemporaryDirectory(prefix="tramnet-") as name:
         yield Path(name)
+
+
+@pytest.fixture(params=["unixsock-stream", "ws"])
+def observers(request, folder):
+    """Where observers attach: on this machine, and from others."""
+    return f"unixsock-stream/{folder}/o" if request.param == "unixsock-stream" else free("ws")
+
+
+def free(protocol):
+    """Return an endpoint that nobody listens on."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        return f"{protocol}/127.0.0.1:{taken.getsockname()[1]}"
 
 
 class Collected:
@@ -340,11 +355,10 @@ def test_a_worker_connects_again_when_the_root_comes_back():
 # Observers.
 
 
-def test_a_stopped_observer_holds_up_nobody_and_reports_what_it_missed(folder):
-    observers = f"unixsock-stream/{folder}/o"
+def test_a_stopped_observer_holds_up_nobody_and_reports_what_it_missed(observers):
     frames = 256
     with (
-        open_root("test", LOOPBACK, observers) as root,
+        open_root("test", LOOPBACK, [observers]) as root,
         open_worker(root.endpoint) as worker,
         process(OBSERVER, root.endpoints[-1]) as observer,
     ):
@@ -371,9 +385,9 @@ def test_a_stopped_observer_holds_up_nobody_and_reports_what_it_missed(folder):
     assert 0 < missed < frames
 
 
-def test_an_observer_hears_everything_said_on_the_network(folder):
+def test_an_observer_hears_everything_said_on_the_network(observers):
     with (
-        open_root("test", LOOPBACK, f"unixsock-stream/{folder}/o") as root,
+        open_root("test", LOOPBACK, [observers]) as root,
         open_worker(root.endpoint) as worker,
         open_observer(root.endpoints[-1]) as observer,
     ):
@@ -390,9 +404,9 @@ def test_an_observer_hears_everything_said_on_the_network(folder):
         }
 
 
-def test_an_observer_steers_the_network(folder):
+def test_an_observer_steers_the_network(observers):
     with (
-        open_root("test", LOOPBACK, f"unixsock-stream/{folder}/o") as root,
+        open_root("test", LOOPBACK, [observers]) as root,
         open_observer(root.endpoints[-1]) as observer,
     ):
         root.serve(KEYS.control, lambda query: query.reply(b"done: " + query.payload))
@@ -400,9 +414,20 @@ def test_an_observer_steers_the_network(folder):
         assert observer.ask(KEYS.control, b"scale", PATIENCE) == b"done: scale"
 
 
-def test_observers_may_not_share_a_protocol_with_workers():
-    with pytest.raises(BadEndpoint, match="a protocol of its own"):
-        open_root("test", LOOPBACK, "tcp/127.0.0.1:0")
+def test_observers_of_this_machine_and_of_others_are_both_dropped_for(folder):
+    ways = [f"unixsock-stream/{folder}/o", "ws/127.0.0.1:7448"]
+    (rule,) = root_settings("test", LOOPBACK, ways)["qos"]["network"]
+
+    assert rule["link_protocols"] == ["unixsock-stream", "ws"]
+    assert rule["flows"] == ["egress"]
+    assert rule["overwrite"] == {"priority": "background", "congestion_control": "drop"}
+
+
+def test_observers_may_not_share_a_protocol_with_workers(folder):
+    with pytest.raises(BadEndpoint, match="expected a protocol of its own") as caught:
+        open_root("test", LOOPBACK, [f"unixsock-stream/{folder}/o", "tcp/127.0.0.1:0"])
+
+    assert caught.value.endpoint == "tcp/127.0.0.1:0"
 
 
 # Addresses.
@@ -431,13 +456,22 @@ def test_a_busy_port_is_told_from_other_errors(root):
     assert caught.value.endpoint == root.endpoint
 
 
+def test_a_busy_port_for_observers_is_named():
+    observers = free("ws")
+
+    with open_root("test", LOOPBACK, [observers]), pytest.raises(AddressInUse) as caught:
+        open_root("other", LOOPBACK, [observers])
+
+    assert caught.value.endpoint == observers
+
+
 def test_a_busy_socket_is_told_from_a_stale_one(folder):
     observers = f"unixsock-stream/{folder}/o"
     (folder / "o").touch()
     (folder / "o.lock").touch()
 
-    with open_root("test", LOOPBACK, observers), pytest.raises(AddressInUse):
-        open_root("test", LOOPBACK, observers)
+    with open_root("test", LOOPBACK, [observers]), pytest.raises(AddressInUse):
+        open_root("test", LOOPBACK, [observers])
 
 
 @pytest.mark.parametrize(
@@ -454,7 +488,7 @@ def test_an_endpoint_that_cannot_be_listened_on_is_named(endpoint):
 
 def test_a_path_too_long_for_a_socket_is_refused(folder):
     with pytest.raises(BadEndpoint, match="shorter"):
-        open_root("test", LOOPBACK, f"unixsock-stream/{folder}/{'o' * 120}")
+        open_root("test", LOOPBACK, [f"unixsock-stream/{folder}/{'o' * 120}"])
 
 
 @pytest.mark.parametrize("opens", [open_worker, open_observer])

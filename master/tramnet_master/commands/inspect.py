@@ -11,13 +11,14 @@ import typer
 from rich.console import Console
 from rich.live import Live
 
-from tramnet_master.console import people, write
+from tramnet_master.commands.watching import watching
+from tramnet_master.console import write
 from tramnet_master.errors import InvalidOption
-from tramnet_master.options import Connect, Network, Tls
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.controls import View, press
 from tramnet_master.traffic.inspector import Inspector
 from tramnet_master.traffic.keyboard import open_keyboard
-from tramnet_master.traffic.observing import Observation, StatusPoll, observe
+from tramnet_master.traffic.observing import Observation, StatusPoll
 from tramnet_master.traffic.picture import write_picture
 from tramnet_master.traffic.rows import TABLES
 from tramnet_master.traffic.selection import Selection, parse_filter, parse_sort
@@ -28,10 +29,10 @@ from tramnet_master.traffic.words import json_line
 from tramnet_protocol.errors import NoAnswer
 from tramnet_protocol.messages import ROOT
 
-HEARTBEATS = 2.6
-"""Time in which every TRAM sends two heartbeats [s]."""
+HEARTBEATS = 3.5
+"""Longest wait for two heartbeats of every TRAM, which come once a second [s]."""
 
-REFRESH = 0.5
+REFRESH = 1.0
 """Longest time between two pictures of the live view [s]."""
 
 PERIOD = 1.0
@@ -44,43 +45,69 @@ _OUTPUT = "Output"
 _ROWS = "Rows"
 
 Once: TypeAlias = Annotated[
-    bool, typer.Option("--once", rich_help_panel=_OUTPUT, help="Show the network once, then end.")
+    bool,
+    typer.Option(
+        "--once",
+        envvar="TRAMNET_ONCE",
+        rich_help_panel=_OUTPUT,
+        help="Show the network once, then end.",
+    ),
 ]
 Json: TypeAlias = Annotated[
-    bool, typer.Option("--json", rich_help_panel=_OUTPUT, help="One JSON object, then end.")
+    bool,
+    typer.Option(
+        "--json", envvar="TRAMNET_JSON", rich_help_panel=_OUTPUT, help="One JSON object, then end."
+    ),
 ]
 Csv: TypeAlias = Annotated[
     bool,
-    typer.Option("--csv", rich_help_panel=_OUTPUT, help="One table (--show) as CSV, then end."),
+    typer.Option(
+        "--csv",
+        envvar="TRAMNET_CSV",
+        rich_help_panel=_OUTPUT,
+        help="One table (--show) as CSV, then end.",
+    ),
 ]
 Follow: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--follow",
+        envvar="TRAMNET_FOLLOW",
         rich_help_panel=_OUTPUT,
         help="Go on once a second: JSON objects a line, or rows of CSV with their time.",
     ),
 ]
 Svg: TypeAlias = Annotated[
     Path | None,
-    typer.Option("--svg", rich_help_panel=_OUTPUT, help="Draw the view into this file, then end."),
+    typer.Option(
+        "--svg",
+        envvar="TRAMNET_SVG",
+        rich_help_panel=_OUTPUT,
+        help="Draw the view into this file, then end.",
+    ),
 ]
 Width: TypeAlias = Annotated[
     int | None,
     typer.Option(
-        min=40, max=400, rich_help_panel=_OUTPUT, help="Columns of the view; the terminal's."
+        min=40,
+        max=400,
+        envvar="TRAMNET_WIDTH",
+        rich_help_panel=_OUTPUT,
+        help="Columns of the view; the terminal's.",
     ),
 ]
 Sniff: TypeAlias = Annotated[
     bool,
     typer.Option(
         "--sniff",
+        envvar="TRAMNET_SNIFF",
         help="Count every frame on the link topics: exact rates and sizes, at a cost that is shown.",
     ),
 ]
 Show: TypeAlias = Annotated[
     str | None,
     typer.Option(
+        envvar="TRAMNET_SHOW",
         rich_help_panel=_ROWS,
         help="Tables, with commas between: trams, links, tags, topics (of --sniff).",
     ),
@@ -88,16 +115,21 @@ Show: TypeAlias = Annotated[
 Sort: TypeAlias = Annotated[
     str,
     typer.Option(
+        envvar="TRAMNET_SORT",
         rich_help_panel=_ROWS,
         help="Column of --json to sort by: busy, bytes_per_s, ... Largest numbers first.",
     ),
 ]
 Reverse: TypeAlias = Annotated[
-    bool, typer.Option("--reverse", rich_help_panel=_ROWS, help="Turn the order round.")
+    bool,
+    typer.Option(
+        "--reverse", envvar="TRAMNET_REVERSE", rich_help_panel=_ROWS, help="Turn the order round."
+    ),
 ]
 Filter: TypeAlias = Annotated[
     str,
     typer.Option(
+        envvar="TRAMNET_FILTER",
         rich_help_panel=_ROWS,
         help="Rows to show, all words must hold: 'tram=3', 'busy<50%', 'link/0', 'state=idle'.",
     ),
@@ -105,7 +137,7 @@ Filter: TypeAlias = Annotated[
 
 
 def inspect(
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     tls: Tls = None,
     once: Once = False,
@@ -128,7 +160,7 @@ def inspect(
     selection = Selection(parse_filter(filter), parse_sort(sort), reverse)
     tables = _tables(show, csv, sniff)
     view = View(tables, selection, filter, _choices(tables, sniff))
-    with observe(connect, network, tls) as observation:
+    with watching(connect, network, tls) as (observation, said):
         watch = Watch(observation, Inspector(), Sniffer() if sniff else None)
         watch.begin()
         if json or csv:
@@ -138,9 +170,7 @@ def inspect(
         elif once or not (live := Console(highlight=False)).is_terminal or live.is_dumb_terminal:
             _print(watch, not once, _people_text(view, width))
         else:
-            _live(watch, view, live)
-        if observation.ended:
-            people.print(f"network {observation.live.network} has ended")
+            _live(watch, view, live, said)
 
 
 @dataclass
@@ -219,10 +249,10 @@ def _people_text(view: View, width: int | None) -> Callable[[Snapshot, bool], st
     return text
 
 
-def _live(watch: Watch, view: View, console: Console) -> None:
+def _live(watch: Watch, view: View, console: Console, said: dict[str, object]) -> None:
     observation = watch.observation
     with contextlib.ExitStack() as stack:
-        poll = stack.enter_context(StatusPoll(observation, observation.first_status()))
+        poll = stack.enter_context(StatusPoll(observation, said))
         keyboard = stack.enter_context(open_keyboard(observation.stopped))
         screen = stack.enter_context(
             Live(console=console, screen=True, auto_refresh=False, redirect_stderr=False)

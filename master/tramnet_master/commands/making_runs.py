@@ -18,7 +18,10 @@ from tramnet_master.experiments.run_options import RunOptions
 Settings = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="NAME=VALUE", help="A setting of the method or problem; may be repeated."
+        "--set",
+        metavar="NAME=VALUE",
+        envvar="TRAMNET_SET",
+        help="A setting of the method or problem; may be repeated, or with spaces between in the environment.",
     ),
 ]
 

@@ -13,7 +13,8 @@ import typer
 from tramnet_master.console import people, programs
 from tramnet_master.control import ask, locate
 from tramnet_master.errors import RunFailed
-from tramnet_master.options import Connect, Network, Tls, WorkerMemory
+from tramnet_master.keeping import keeping
+from tramnet_master.options import Attach, Connect, Network, Tls, WorkerMemory
 from tramnet_protocol.codec import decode
 from tramnet_protocol.errors import CannotConnect, MalformedFrame
 from tramnet_protocol.keys import Keys
@@ -67,7 +68,10 @@ def worker(
             people.print(f"worker {ended.pid} died with status {ended.status}: starting another")
 
     people.print(f"{count} worker(s) for network {live.network} at {live.endpoint}")
-    with Supervisor(arguments, count, notice) as supervisor:
+    with (
+        keeping(count) as folder,
+        Supervisor([*arguments, "--pulse", str(folder)], count, notice) as supervisor,
+    ):
         connect_again = functools.partial(open_worker, live.endpoint, credentials)
         _watch(connect_again, Keys(live.network), name, supervisor, stopped)
     if gave_up:
@@ -76,7 +80,7 @@ def worker(
 
 def scale(
     workers: Annotated[int, typer.Argument(min=0, max=4094, help="Local workers to keep.")],
-    connect: Connect = None,
+    connect: Attach = None,
     network: Network = None,
     tls: Tls = None,
 ) -> None:
@@ -85,7 +89,7 @@ def scale(
     programs.print(reply.text)
 
 
-def stop(connect: Connect = None, network: Network = None, tls: Tls = None) -> None:
+def stop(connect: Attach = None, network: Network = None, tls: Tls = None) -> None:
     """Stop a running network after it has written a checkpoint."""
     reply = ask(locate(connect, network), ControlRequest("stop"), tls)
     programs.print(reply.text)

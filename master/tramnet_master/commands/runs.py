@@ -71,7 +71,11 @@ Variant = Annotated[
 ]
 PrintedHc = Annotated[
     bool,
-    typer.Option("--printed-hc", help="Give eq (7) its printed sign, which makes degenerate arms."),
+    typer.Option(
+        "--printed-hc",
+        envvar="TRAMNET_PRINTED_HC",
+        help="Give eq (7) its printed sign, which makes degenerate arms.",
+    ),
 ]
 ProblemName = Annotated[str, typer.Argument(metavar="PROBLEM", help="See `tramnet problems`.")]
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")]

@@ -13,6 +13,8 @@ from tramnet_master.simulation.machines import T805, machine
 from tramnet_master.topologies import find_shape
 from tramnet_master.traffic.books import LinkBooks
 from tramnet_protocol.edge_list import edge_list_shape
+from tramnet_protocol.links import LinkTiming
+from tramnet_protocol.messages import Pace
 from tramnet_protocol.settings import PRIVATE
 from tramnet_protocol.topology import Shape
 
@@ -32,6 +34,7 @@ class RunOptions:
         topology: Shape of the network, or a file of links.
         network: Name of the network, or None for any free one.
         listen: Endpoint at which workers connect.
+        observers: Endpoint at which observers of other machines attach, or None for none.
         first_deadline: Time an individual may take before its cost is known [s].
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
@@ -41,6 +44,7 @@ class RunOptions:
         worker_memory: Memory a local worker may have [MiB], or 0 for any.
         node: Whose machine the link books are kept for, or ``none`` for no books.
         mbaud: Speed of its links [Mbaud].
+        pace: Whether frames really take as long as on such links.
         audit: Share of the answers that the root recomputes to find workers that lie, beside the best of each
             generation; 0 for no audit.
         tls: Folder with the root's certificate, its key and its list of who may join, or None to let all in.
@@ -50,6 +54,7 @@ class RunOptions:
     topology: str = "star"
     network: str | None = None
     listen: str = ANYWHERE_HERE
+    observers: str | None = None
     first_deadline: float = 60.0
     on_failure: str = "penalise"
     allow_mixed: bool = False
@@ -59,6 +64,7 @@ class RunOptions:
     worker_memory: int = 0
     node: str = T805
     mbaud: int = 20
+    pace: bool = False
     audit: float = 0.0
     tls: Path | None = None
 
@@ -90,6 +96,37 @@ class RunOptions:
         if self.node != T805:
             raise InvalidOption("--node", repr(self.node), f"{T805} or {NO_NODE}")
         return LinkBooks(machine(self.node, self.mbaud))
+
+    def pace_of_links(self) -> Pace:
+        """Return the speed of the links whose pace frames shall have, 0 for their own [Mbaud].
+
+        Raises:
+            BadLink: No link of a transputer has that speed.
+        """
+        LinkTiming.of(self.mbaud)
+        pace: Pace = msgspec.convert(self.mbaud if self.pace else 0, Pace)
+        return pace
+
+    def check(self) -> None:
+        """Check all of it before anything is begun.
+
+        Raises:
+            InvalidOption: A word means nothing.
+            BadLink: No link of a transputer has that speed.
+            BadTopology: The shape is unknown or has no room for the local workers.
+            InvalidFile: The file of links cannot be used.
+        """
+        if self.tls and self.observers:
+            raise InvalidOption(
+                "--observers",
+                repr(self.observers),
+                "none beside --tls",
+                "from elsewhere, name the root's certificate: tramnet inspect --connect ... --tls FOLDER",
+            )
+        self.rules()
+        self.books()
+        self.pace_of_links()
+        self.shape().check_room(1 + self.workers)
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.

@@ -43,7 +43,9 @@ from tramnet_master.signals import ending, interrupting
 from tramnet_protocol.codec import encode_body
 from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup, Work
+from tramnet_protocol.pacing import Pacer
 from tramnet_protocol.packing import unpack
 from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import ZenohChannel, open_root
@@ -87,13 +89,13 @@ def run(
         Interrupted: Somebody asked it to stop.
         RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
-    shape = options.shape()
-    shape.check_room(1 + options.workers)
+    options.check()
     _check_that_it_travels(experiment.setup)
     with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
-        observers = f"unixsock-stream/{runtime / f'{network}.sock'}"
+        own = f"unixsock-stream/{runtime / f'{network}.sock'}"
+        observers = [own, options.observers] if options.observers else [own]
         credentials = Credentials.load(options.tls) if options.tls else None
         channel = stack.enter_context(
             open_root(network, [options.endpoint], observers, credentials)
@@ -102,7 +104,7 @@ def run(
         try:
             claim.announce(
                 networks.LiveNetwork(
-                    network, channel.endpoint, observers, os.getpid(), str(folder.path.absolute())
+                    network, channel.endpoint, own, os.getpid(), str(folder.path.absolute())
                 )
             )
             root = Root(experiment, options, network, channel, folder, progress, again)
@@ -158,6 +160,7 @@ class Root:
             experiment.setup,
             kernel_fingerprint(),
             options.allow_mixed,
+            options.pace_of_links(),
             Credentials.load(options.tls).seats() if options.tls else None,
         )
         hands = Hands(
@@ -166,10 +169,18 @@ class Root:
         )  # fmt: skip
         audit = Audit(options.audit, secrets.token_bytes(16), self._recompute)
         self._books = options.books()
+        self._pacer = Pacer(channel, LinkTiming.of(house.pace)) if house.pace else None
         self._farm = Farm(
-            channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books,
+            channel,
+            Keys(network),
+            house,
+            self._shape,
+            Scheduler(rules),
+            hands,
+            self._books,
+            self._pacer,
             audit if options.audit else None,
-        )  # fmt: skip
+        )
 
     def __enter__(self) -> "Root":
         return self
@@ -178,6 +189,8 @@ class Root:
         if self._supervisor is not None:
             self._farm.dismiss("the run is over")
             self._supervisor.close()
+        if self._pacer is not None:
+            self._pacer.close()
 
     def run(self) -> Result:
         """Make the run; return its result.
@@ -463,6 +476,7 @@ class Root:
             "evaluations": engine.evaluations,
             "best": engine.best.objective if engine.generation else None,
             "local_workers": self._supervisor.count if self._supervisor is not None else 0,
+            "observers": list(self._channel.endpoints[1:]),
             **self._farm.status(),
         }
 

@@ -20,6 +20,7 @@ from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
 from tramnet_master.farm.audit import Audit
 from tramnet_master.farm.books import Books, NoBooks
+from tramnet_master.farm.changes import Changes
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
 from tramnet_master.farm.holders import Holders
@@ -27,7 +28,7 @@ from tramnet_master.farm.membership import Member, Membership
 from tramnet_master.farm.reception import House, Reception
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.farm.ways import ways
-from tramnet_protocol.channel import Channel, Lane, Query
+from tramnet_protocol.channel import Channel, Lane, Publisher, Query
 from tramnet_protocol.codec import Frame, Header, decode, encode
 from tramnet_protocol.errors import MalformedFrame, ProtocolError, UnknownKey
 from tramnet_protocol.exchange import Exchange, Identity
@@ -157,6 +158,7 @@ class Farm:
         scheduler: Decides.
         hands: What others do for the farm.
         books: Who is told what passes, or None for nobody.
+        links: Where frames are published, or None for the channel.
         audit: Who looks at answers again, or None for nobody.
 
     Attributes:
@@ -182,6 +184,7 @@ class Farm:
         scheduler: Scheduler,
         hands: Hands,
         books: Books | None = None,
+        links: Publisher | None = None,
         audit: Audit | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
@@ -193,6 +196,7 @@ class Farm:
         self.waited_seconds = 0.0
         self.busy_seconds: dict[Tram, float] = {}
         self._channel = channel
+        self._links: Publisher = links or channel
         self._keys = keys
         self._hands = hands
         self._scheduler = scheduler
@@ -209,6 +213,7 @@ class Farm:
         self._snapshots: dict[Tram, PopulationSnapshot] = {}  # until the answer they belong to
         # The outcome whose instructions are carried out, and the work it belongs to.
         self._arrived: tuple[Collection, Outcome] | None = None
+        self._changes = Changes()
         self._stalled: list[Tram] = []  # to be wired out when all instructions are carried out
         self._found_out: list[Tram] = []  # to be expelled then
         self._started = time.monotonic()
@@ -354,10 +359,12 @@ class Farm:
 
     def _turn(self, patience: float = TICK) -> None:
         now = time.monotonic()
-        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_heartbeat - now)))
+        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_due() - now)))
         if item is not None:
             self._take(item)
         now = time.monotonic()
+        if self._changes.due is not None and now >= self._changes.due:
+            self._settle()
         if self.inbox.empty or now >= self._next_tick:
             due = self._scheduler.next_time()
             if due is not None and due <= now:
@@ -366,6 +373,10 @@ class Farm:
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT
             self._publish(self._keys.stats(ROOT), self._stats(now), Lane.TELEMETRY)
+
+    def _next_due(self) -> float:
+        changes = self._changes.due
+        return self._next_heartbeat if changes is None else min(changes, self._next_heartbeat)
 
     def _take(self, item: Item) -> None:
         match item:
@@ -440,12 +451,12 @@ class Farm:
         seat = parse(key).seats[0]
         if seat == ROOT:
             return
+        now = time.monotonic()
         if alive:
-            member = self.membership.appeared(seat, time.monotonic())
+            member = self.membership.appeared(seat, now)
             if member is not None:
-                self._rewire()
                 self._tell_joined(member)
-                self._handle(events.WorkerReady(member.tram, member.fresh))
+                self._changes.join(member.tram, now)
             return
         member = self.membership.vanished(seat)
         if member is not None:
@@ -481,12 +492,17 @@ class Farm:
     def _handle(self, event: events.Event) -> None:
         for instruction in self._scheduler.handle(event, time.monotonic()):
             self._carry_out(instruction)
-        while self._stalled:
-            member = self.membership.expel(self._stalled.pop())
-            if member is not None:
-                self._lose(member, "has fallen silent and is wired out")
-        while self._found_out:
-            self._expel(self._found_out.pop())
+        if self._stalled:
+            expelled = [self.membership.expel(tram) for tram in self._stalled]
+            self._stalled.clear()
+            for member in expelled:
+                if member is not None:
+                    self._lose(member, "has fallen silent and is wired out")
+            self._settle()
+        if self._found_out:
+            while self._found_out:
+                self._expel(self._found_out.pop())
+            self._settle()
 
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
@@ -614,8 +630,7 @@ class Farm:
         self._snapshots.pop(member.tram, None)
         self._hands.tell(f"TRAM {member.tram.seat} {what}")
         self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
-        self._rewire()
-        self._handle(events.WorkerLost(member.tram))
+        self._changes.lose(member.tram, time.monotonic())
 
     def _tell_joined(self, member: Member) -> None:
         detail = {
@@ -631,9 +646,10 @@ class Farm:
         self._hands.note(name, detail)
         self.announce(name, detail)
 
-    def _rewire(self) -> None:
-        """Have everybody send by the new wiring, and tell the scheduler; who joined or was lost comes after."""
-        wiring, live = self.membership.wiring, self.membership.live
+    def _settle(self) -> None:
+        """Have everybody send by a new wiring, and tell the scheduler of that and of who joined and was lost."""
+        changes, self._changes = self._changes, Changes()
+        wiring, live = self.membership.rewire(), self.membership.live
         self._note_members()
         self._exchange.rewire(wiring)
         self._books.rewired(wiring)
@@ -643,11 +659,17 @@ class Farm:
             self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
         self._handle(events.Rewired(ways(wiring)))
         self.announce("rewired", {"epoch": wiring.epoch, "live": len(live)})
+        if changes.lost:
+            self._handle(events.WorkerLost(changes.lost[0], tuple(changes.lost[1:])))
+        for tram in changes.joined:
+            joined = self.membership.find(tram)
+            if joined is not None:
+                self._handle(events.WorkerReady(tram, joined.fresh))
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
         began = time.perf_counter()
-        self._channel.publish(key, payload, Lane.LINK)
+        self._links.publish(key, payload, Lane.LINK)
         self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:

@@ -14,6 +14,7 @@ from tramnet_protocol.messages import (
     JoinReply,
     JoinRequest,
     Message,
+    Pace,
     Refusal,
     Setup,
 )
@@ -32,6 +33,7 @@ class House:
         setup: The problem.
         fingerprint: Fingerprint of the root's own arithmetic.
         allow_mixed: Whether workers of another fingerprint are let in.
+        pace: Speed of the links whose pace frames shall have [Mbaud], or 0 for their own.
         seats: Seats that each certificate's name may take, or None where nobody needs one.
     """
 
@@ -40,6 +42,7 @@ class House:
     setup: Setup
     fingerprint: str
     allow_mixed: bool = False
+    pace: Pace = 0
     seats: Mapping[str, range] | None = None
 
 
@@ -94,6 +97,7 @@ class Reception:
             self._house.root_incarnation,
             self._house.setup,
             self._membership.wiring,
+            self._house.pace,
         )
         return self._frame(reply)
 

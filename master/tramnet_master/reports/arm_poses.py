@@ -51,7 +51,7 @@ def _draw(record: DesignRecord, title: str, points: Sequence[DesignPoint]) -> Fi
     design = record.design
     figure = new_figure(HEIGHT, title, caption_of(record))
     if design.spatial:
-        axes: Any = figure.add_subplot(projection="3d")
+        axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     else:
         axes = figure.add_subplot()
     line = design.path.line()
@@ -95,11 +95,12 @@ def _draw_arm(axes: Axes, design: DesignFile, point: DesignPoint, bold: bool, fi
 def _draw_points(axes: Any, points: Sequence[DesignPoint]) -> None:
     places = np.array([point.point_m for point in points])
     task = np.array([point.task_point for point in points])
-    size = 40 if len(points) <= 60 else 9
-    axes.scatter(*places[task].T, s=size, color=ORANGE, edgecolors=BLACK, linewidths=0.7,
-                 label="task point", zorder=5)  # fmt: skip
+    size = 6 if len(points) <= 60 else 3
+    axes.plot(*places[task].T, "o", color=ORANGE, markeredgecolor=BLACK, markeredgewidth=0.7,
+              markersize=size, label="task point", zorder=5)  # fmt: skip
     if not task.all():
-        axes.scatter(*places[~task].T, s=size / 4, color=BLACK, label="sub-task point", zorder=5)
+        axes.plot(*places[~task].T, "o", color=BLACK, markersize=size / 2, label="sub-task point",
+                  zorder=5)  # fmt: skip
     if task.sum() > FEW:
         return
     for i, place in enumerate(places[task]):

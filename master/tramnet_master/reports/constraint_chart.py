@@ -1,5 +1,7 @@
 """Which constraint fails where: a row a constraint, a column a station."""
 
+import math
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -12,15 +14,16 @@ from tramnet_master.reports.style import BLACK, VERMILION, new_figure
 
 CONSTRAINTS = {
     "rc": "reach RC [mm]",
+    "tc": "obstacles TC [mm]",
     "jlc": "joint limits JLC [mrad]",
     "dm": "dexterity DM",
-    "jump": "step to a neighbour",
-    "end": "end of the motion",
+    "jump": "step to the next [°]",
+    "end": "end of the motion [mrad]",
 }
 """The constraints that can fail, with their names."""
 
-MOST_VALUES = 24
-"""Columns up to which each cell says its value."""
+MOST_VALUES, MOST_NAMES = 24, 12
+"""Columns up to which each cell says its value, and stations that are named at most."""
 
 _KEPT, _BROKEN = "#e3f1ea", VERMILION
 
@@ -33,14 +36,14 @@ def draw_constraints(record: DesignRecord) -> Figure:
     title = "Every constraint is kept everywhere"
     if count:
         title = f"Constraints fail at {count} of {len(points)} points"
-    figure = new_figure(3.4, title, caption_of(record))
+    figure = new_figure(3.7, title, caption_of(record))
     axes = figure.add_subplot()
     axes.imshow(
         failed, aspect="auto", cmap=ListedColormap([_KEPT, _BROKEN]), vmin=0, vmax=1,
         interpolation="nearest",
     )  # fmt: skip
     axes.set_yticks(range(len(CONSTRAINTS)), list(CONSTRAINTS.values()))
-    axes.set_xlabel("station along the path; task points are marked")
+    axes.set_xlabel("station along the path, with task points named")
     axes.grid(visible=False)
     axes.set_xticks(np.arange(len(points) + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(len(CONSTRAINTS) + 1) - 0.5, minor=True)
@@ -57,26 +60,40 @@ def draw_constraints(record: DesignRecord) -> Figure:
 
 def _mark_stations(axes: Axes, points: list[DesignPoint]) -> None:
     task = [i for i, point in enumerate(points) if point.task_point]
-    shown = task if len(task) <= MOST_VALUES else task[:: -(-len(task) // MOST_VALUES)]
+    shown = task[:: -(-len(task) // MOST_NAMES)]
     axes.set_xticks(shown, [f"{points[i].station:.3g}" for i in shown])
 
 
 def _write_values(axes: Axes, points: list[DesignPoint]) -> None:
-    """What each limit is compared with, where that is a property of the station."""
+    """What each limit is compared with, at the station or on the way to the next one."""
     for i, point in enumerate(points):
-        values = {
-            "rc": _scaled(point.constraints.get("rc"), 1e3),
-            "jlc": _scaled(point.constraints.get("jlc"), 1e3),
-            "dm": _scaled(point.dexterity, 1.0),
-        }
+        values = _values(point)
         for row, name in enumerate(CONSTRAINTS):
-            if name in values:
-                colour = "white" if name in point.fails else BLACK
-                axes.text(i, row, values[name], ha="center", va="center", fontsize=7, color=colour)
+            colour = "white" if name in point.fails else BLACK
+            axes.text(i, row, values[name], ha="center", va="center", fontsize=7, color=colour)
 
 
-def _scaled(value: float | None, scale: float) -> str:
-    if value is None:
+def _values(point: DesignPoint) -> dict[str, str]:
+    terms, motion = point.constraints, point.to_next
+    found = {
+        "rc": _largest(1e3, terms.get("rc"), motion.tracking_error_m if motion else None),
+        "tc": _largest(1e3, motion.inside_boxes_m if motion else terms.get("tc")),
+        "jlc": _largest(1e3, terms.get("jlc"), motion.limit_excess_rad if motion else None),
+        "dm": _largest(1.0, point.dexterity),
+    }
+    if motion is None:
+        return found | {"jump": "", "end": ""}
+    return found | {
+        "jump": _largest(math.degrees(1.0), motion.step_max_rad),
+        "end": _largest(1e3, motion.end_error_rad),
+    }
+
+
+def _largest(scale: float, *values: float | None) -> str:
+    """The largest value there is, in few letters."""
+    shown = max((scale * value for value in values if value is not None), default=math.nan)
+    if math.isnan(shown):
         return "?"
-    shown = scale * value
-    return "0" if abs(shown) < 5e-4 else f"{shown:.2g}" if abs(shown) < 100 else f"{shown:.0f}"
+    if abs(shown) < 0.1:
+        return f"{shown:.2f}" if abs(shown) >= 5e-3 else "0"
+    return f"{shown:.2g}" if abs(shown) < 100 else f"{shown:.0f}"

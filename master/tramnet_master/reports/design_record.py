@@ -40,6 +40,16 @@ class DesignPath(Struct, frozen=True):
         return np.array(self.vertices_m + ends)
 
 
+class MotionToNext(Struct, frozen=True):
+    """What was checked on the way from a station to the next one."""
+
+    step_max_rad: float | None
+    limit_excess_rad: float | None
+    inside_boxes_m: float | None
+    tracking_error_m: float | None
+    end_error_rad: float | None
+
+
 class DesignPoint(Struct, frozen=True):
     """The arm at a station; keys as in ``problems.design_report``."""
 
@@ -52,6 +62,7 @@ class DesignPoint(Struct, frozen=True):
     constraints: dict[str, float | None]
     fails: list[str]
     strokes_m: list[float] = []
+    to_next: MotionToNext | None = None
 
 
 class DesignViolation(Struct, frozen=True):

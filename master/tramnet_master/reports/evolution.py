@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tramnet_master.populations import Populations
+from tramnet_master.progress import plural
 from tramnet_master.reports.design_record import DesignRecord
 from tramnet_master.reports.style import (
     BLUE,
@@ -24,8 +25,8 @@ Floats = NDArray[np.float64]
 HEIGHT = 4.6  # [inch]
 FEW = 8  # populations that each have a colour of their own
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, GREY, "#8c564b")
-STAGES = {1: "step 1: design", 2: "step 2: prototype", 3: "step 3: planning"}
-_SHOWN = 0.97  # share of the values that the fitness axis shows; the first ones fall far below
+STAGES = {1: "design", 2: "prototype", 3: "planning"}
+_FIRST = 20  # generations whose fitness may be too low to show: random arms miss every constraint
 
 
 def draw_fitness(record: DesignRecord) -> Figure:
@@ -38,8 +39,8 @@ def draw_fitness(record: DesignRecord) -> Figure:
         axes = figure.add_subplot(grid[i])
         panels.append(axes)
         _draw_curves(axes, search.generations, search.best)
-        low = float(np.quantile(search.best, 1.0 - _SHOWN))
-        high = float(search.best.max())
+        settled = search.best[min(_FIRST, len(search.best) - 1) :]
+        low, high = float(settled.min()), float(search.best.max())
         room = 0.06 * max(high - low, 1e-3)
         axes.set_ylim(low - room, high + room)
         _name(axes, search, len(searches))
@@ -74,12 +75,14 @@ def _draw_curves(axes: Axes, generations: Floats, values: Floats) -> None:
         return
     for i in range(t):
         axes.plot(generations, values[:, i], color=SKY, linewidth=0.5, alpha=0.5)
-    axes.plot([], [], color=SKY, linewidth=1.0, label=f"each of {t} populations")
+    axes.plot([], [], color=SKY, linewidth=1.0, label="each population")
     axes.plot(generations, np.median(values, axis=1), color=BLUE, label="median")
 
 
 def _name(axes: Axes, search: Populations, panels: int) -> None:
-    axes.set_title(STAGES[search.stage] if panels > 1 else "")
+    if panels > 1:
+        t = search.best.shape[1]
+        axes.set_title(f"{STAGES[search.stage]}, {t} {plural('population', t)}", fontsize=9)
     axes.set_xlabel("generation")
     axes.margins(x=0.01)
 

@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-import simpy
-
 Value = TypeVar("Value")
 
 SECOND = 1_000_000_000
@@ -15,6 +13,8 @@ class Agenda:
     """Calls functions at their times; at equal times, those that were planned first come first."""
 
     def __init__(self) -> None:
+        import simpy  # noqa: PLC0415  every command reads this file, and few plan anything
+
         self._env = simpy.Environment()
 
     @property

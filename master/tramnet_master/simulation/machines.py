@@ -16,10 +16,9 @@ import numpy as np
 from msgspec import Struct, structs
 
 from tramnet_master.errors import InvalidOption
-from tramnet_master.simulation.workload import Workload
+from tramnet_master.simulation.measuring import points_of_a_run
+from tramnet_master.simulation.workload import Grain, Workload
 from tramnet_protocol.links import LinkTiming
-from tramnet_workers.kernels.dynamics import inverse_dynamics_batch
-from tramnet_workers.robots.puma560 import akb
 
 _OPERATIONS = 852 + 738
 _T805_OPERATIONS_PER_SECOND = 1.5e6 * 25 / 20
@@ -88,16 +87,23 @@ def carried_over(workload: Workload, node: str) -> Workload:
     """Return a workload that was measured on this core as it would be on a node."""
     if node != T805:
         return workload
-    return structs.replace(
-        workload,
-        evaluation=workload.evaluation * factor(node),
-        breeding=workload.population * workload.genes * T805_BREEDING,
-    )
+    each = workload.evaluation * factor(node)
+    if (
+        workload.grain is not Grain.INDIVIDUALS
+    ):  # the root compares and passes on, and breeds nothing
+        run = points_of_a_run(each, workload.generations) if workload.run > 1 else 1
+        return structs.replace(workload, evaluation=each, breeding=0.0, run=run)
+    breeding = workload.population * workload.genes * T805_BREEDING
+    return structs.replace(workload, evaluation=each, breeding=breeding)
 
 
 @cache
 def inverse_dynamics_here() -> float:
     """Return the time of the yardstick on this core [s], the best of some trials."""
+    # Slow to import, and books are kept of runs that measure nothing.
+    from tramnet_workers.kernels.dynamics import inverse_dynamics_batch  # noqa: PLC0415
+    from tramnet_workers.robots.puma560 import akb  # noqa: PLC0415
+
     arm = akb()
     table, gravity = (
         np.array(arm.table),

@@ -16,11 +16,13 @@ from tramnet_master import networks
 from tramnet_master.control import locate, question
 from tramnet_master.errors import NoNetwork, RunFailed
 from tramnet_master.signals import ending
+from tramnet_master.traffic.status import read_status
 from tramnet_protocol.channel import Channel
 from tramnet_protocol.errors import ChannelClosed, NoAnswer
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ROOT, ControlRequest
 from tramnet_protocol.security import Credentials
+from tramnet_protocol.settings import protocol_of
 from tramnet_protocol.transport import open_observer
 
 GRACE = 1.0
@@ -77,6 +79,15 @@ class Observation:
             RunFailed: It refuses.
         """
         return question(self.channel, self.keys, ControlRequest("status"), timeout).status
+
+    def in_the_way(self, said: dict[str, object]) -> bool:
+        """Return whether this is where workers attach: whoever is stopped there can hold the network up.
+
+        Args:
+            said: What the root says of itself.
+        """
+        places = {protocol_of(place) for place in read_status(said).observers}
+        return bool(places) and protocol_of(self.live.observers) not in places
 
     def first_status(self) -> dict[str, object]:
         """Return the status of a root that may still be starting.

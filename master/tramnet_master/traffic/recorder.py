@@ -4,9 +4,8 @@ A topic is a key and the kind of message on it (``/link/0/1/evaluate``), for a t
 the time of arrival at the recorder; frames carry none of their own.
 
 ``flush`` ends a chunk: what was recorded until then can be read back even if this process is killed later. The
-file then lacks its index and what came since; ``mcap recover``, readers that stream and ``tramnet traffic`` take
-it.
-``finish`` writes the index.
+file then lacks its index and what came since: ``mcap recover``, readers that stream, and ``tramnet traffic`` read
+it. ``finish`` writes the index.
 """
 
 from collections.abc import Mapping
@@ -14,7 +13,6 @@ from importlib.metadata import version
 from typing import IO, Any
 
 import msgspec
-from mcap.writer import Writer
 
 from tramnet_master.traffic.intake import Arrival
 from tramnet_master.traffic.schemas import MALFORMED, Schema, schema_of
@@ -49,6 +47,8 @@ class Recorder:
     """
 
     def __init__(self, file: IO[bytes], about: Mapping[str, str], arrays: ArrayWords) -> None:
+        from mcap.writer import Writer  # noqa: PLC0415  slow to import, and only recorders need it
+
         self.frames = self.missed = self.dropped = 0
         self._arrays = arrays
         self._schemas: dict[str, int] = {}

@@ -12,6 +12,7 @@ from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import open_worker
 from tramnet_workers.node.lifeline import hold_on_to_parent
 from tramnet_workers.node.memory import be_first_to_go
+from tramnet_workers.node.pulse import Pulse
 from tramnet_workers.node.service import Home, Service
 from tramnet_workers.node.supervisor import CRASHED
 
@@ -28,6 +29,7 @@ def main() -> int:
     parser.add_argument("--patience", type=float, default=10.0, help="seconds to look for a root")
     parser.add_argument("--memory", type=int, default=0, help="memory it may have [MiB], 0 for any")
     parser.add_argument("--tls", type=Path, help="folder with its certificate and key")
+    parser.add_argument("--pulse", type=Path, help="folder for signs of life, see pulse.py")
     arguments = parser.parse_args()
     logging.basicConfig(
         level=os.environ.get("TRAMNET_LOG", "WARNING").upper(),
@@ -41,8 +43,16 @@ def main() -> int:
     credentials = Credentials.load(arguments.tls) if arguments.tls else None
     connect = functools.partial(open_worker, arguments.connect, credentials)
     name = credentials.name if credentials else None
-    home = Home(arguments.network, arguments.supervisor, arguments.patience, connect, name)
-    service = Service(home)
+    service = Service(
+        Home(
+            arguments.network,
+            arguments.supervisor,
+            arguments.patience,
+            connect,
+            name,
+            Pulse(arguments.pulse),
+        )
+    )
     signal.signal(signal.SIGTERM, lambda *_: service.stop("terminated"))
     try:
         return service.run()
