@@ -12,7 +12,7 @@ import re
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from tramnet_protocol.access import access_rules
+from tramnet_protocol.access import SOCKET, access_rules
 from tramnet_protocol.errors import BadEndpoint
 from tramnet_protocol.limits import LEASE_SECONDS, MAX_MESSAGE_BYTES, WAIT_BEFORE_CLOSE_SECONDS
 from tramnet_protocol.security import Credentials
@@ -24,9 +24,6 @@ ENVELOPE_BYTES = 4096
 
 PRIVATE = ("tls", "quic")
 """Protocols over which both sides show certificates."""
-
-LOCAL = "unixsock-stream"
-"""Protocol that reaches no further than this machine, and whoever can enter a folder of it."""
 
 _ENDPOINT = re.compile(r"(?P<protocol>[a-z][a-z-]*)/(?P<address>\S+)")
 
@@ -74,10 +71,9 @@ def root_settings(
     if observers:
         settings["qos"] = {"network": [_observers_rule(observers)]}
     if credentials:
-        here = [LOCAL for endpoint in observers if protocol_of(endpoint) == LOCAL][:1]
-        _check_private([*listen, *(o for o in observers if protocol_of(o) != LOCAL)])
+        _check_private([*listen, *(o for o in observers if protocol_of(o) != SOCKET)])
         settings["access_control"] = access_rules(
-            network, credentials.name, credentials.seats(), here
+            network, credentials.name, credentials.seats(), [protocol_of(o) for o in observers]
         )
     return settings
 
