@@ -368,7 +368,6 @@ def test_a_frozen_worker_that_is_sent_more_than_it_takes_does_not_hold_up_anothe
             got.next()
 
         assert time.monotonic() - began < 4.0 * WAIT_BEFORE_CLOSE_SECONDS
-        assert seen.until((KEYS.alive(5), False))
 
 
 # Observers.
