@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+import signal
 import sys
 from importlib.metadata import version
 from typing import Annotated, Any
@@ -96,7 +97,12 @@ def main() -> None:
     """Run the command line; the exit codes are 0 done, 1 failed, 2 bad input, 130 interrupted."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a terminal that has no such letter shows another
-    sys.exit(run(sys.argv[1:]))
+    try:
+        code = run(sys.argv[1:])
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # what is left to do is to go
+    except KeyboardInterrupt:  # a second one, while the first was told of
+        code = INTERRUPTED
+    sys.exit(code)
 
 
 def run(arguments: list[str]) -> int:

@@ -99,7 +99,6 @@ class Result(Struct, frozen=True, kw_only=True):
         expelled: Workers that an audit found to answer what is not so; nothing they answered is in the result.
         link_books: What the network would have been like if it had been made of transputers, in virtual time; None
             where no books were kept.
-        messages: What the root sent and received since it started, by the tag of ``protocol/README.md``.
     """
 
     experiment: str

@@ -12,7 +12,7 @@ import re
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from tramnet_protocol.access import access_rules
+from tramnet_protocol.access import SOCKET, access_rules
 from tramnet_protocol.errors import BadEndpoint
 from tramnet_protocol.limits import LEASE_SECONDS, MAX_MESSAGE_BYTES, WAIT_BEFORE_CLOSE_SECONDS
 from tramnet_protocol.security import Credentials
@@ -71,7 +71,7 @@ def root_settings(
     if observers:
         settings["qos"] = {"network": [_observers_rule(observers)]}
     if credentials:
-        _check_private(listen)
+        _check_private([*listen, *(o for o in observers if protocol_of(o) != SOCKET)])
         settings["access_control"] = access_rules(
             network, credentials.name, credentials.seats(), [protocol_of(o) for o in observers]
         )

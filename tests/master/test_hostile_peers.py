@@ -73,6 +73,8 @@ class Peer:
             KEYS.links_to(reply.seat), lambda _, payload: self.got.append(decode(payload))
         )
         self.channel.declare_token(KEYS.alive(reply.seat))
+        wired_in = lambda: reply.seat in self.world.farm.membership.wiring.incarnations  # noqa: E731
+        self.world.turn_until(wired_in)
         return reply
 
     def frame(self, message: Message, **changes: object) -> bytes:

@@ -64,6 +64,11 @@ def test_where_certificates_are_asked_for_nobody_comes_without():
         root_settings("lab", ["tcp/0.0.0.0:7447"], (), Credentials("root", Path()))
 
 
+def test_whoever_watches_from_elsewhere_needs_a_certificate_too():
+    with pytest.raises(BadEndpoint, match="found ws/"):
+        root_settings("lab", ["tls/0.0.0.0:1"], ["ws/0.0.0.0:2"], Credentials("root", Path()))
+
+
 @given(st.integers(1, MAX_SEATS - 1), st.integers(0, MAX_SEATS - 1))
 def test_a_name_may_write_on_the_links_of_its_own_seats_only(seat, other):
     keys, rules = Keys("lab"), access_rules("lab", "root", {"lab-2": LAB_2, "lab-3": LAB_3})

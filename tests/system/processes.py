@@ -33,12 +33,20 @@ def wait_until(condition: Callable[[], object], what: str) -> None:
 class Run:
     """A ``tramnet`` command in a process of its own."""
 
-    def __init__(self, folder: Path, arguments: list[str], within: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        arguments: list[str],
+        within: Sequence[str] = (),
+        terminal: int | None = None,
+    ) -> None:
         self.folder = folder
+        outputs = subprocess.PIPE if terminal is None else terminal
         self.process = subprocess.Popen(
             [*within, sys.executable, "-m", "tramnet_master", *arguments],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            stdin=terminal,
+            stdout=outputs,
+            stderr=outputs,
             text=True,
         )
         self.output = ""
@@ -88,7 +96,7 @@ class Run:
     def finish(self) -> int:
         """Wait for the end; return the exit code."""
         out, err = self.process.communicate(timeout=PATIENCE)
-        self.output = out + err
+        self.output = (out or "") + (err or "")
         return self.process.returncode
 
     def result(self) -> dict[str, object]:
@@ -111,11 +119,17 @@ def starting(folder: Path) -> Iterator[Callable[..., Run]]:
     runs: list[Run] = []
     pids: list[int] = []
 
-    def begin(*arguments: object, out: str = "run", within: Sequence[str] = ()) -> Run:
+    def begin(
+        *arguments: object,
+        out: str = "run",
+        within: Sequence[str] = (),
+        terminal: int | None = None,
+    ) -> Run:
         words = [str(word) for word in arguments]
         if words[0] == "run":
-            words += ["--out", str(folder / out), "--no-pictures", "--progress", "quiet"]
-        runs.append(Run(folder / out, words, within))
+            words += ["--out", str(folder / out), "--no-pictures"]
+            words += ["--progress", "quiet" if terminal is None else "auto"]
+        runs.append(Run(folder / out, words, within, terminal))
         pids.append(runs[-1].pid)
         return runs[-1]
 

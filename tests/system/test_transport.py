@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from tramnet_protocol.errors import (
     NoAnswer,
 )
 from tramnet_protocol.keys import Keys
-from tramnet_protocol.limits import MAX_MESSAGE_BYTES
+from tramnet_protocol.limits import MAX_MESSAGE_BYTES, WAIT_BEFORE_CLOSE_SECONDS
 from tramnet_protocol.messages import Evaluate, Kind, WorkId
 from tramnet_protocol.settings import root_settings
 from tramnet_protocol.transport import open_observer, open_root, open_worker
@@ -129,6 +130,7 @@ from tramnet_protocol.keys import Keys
 from tramnet_protocol.transport import open_worker
 with open_worker(sys.argv[1]) as channel:
     kept = []
+    channel.subscribe(Keys("test").links_to(5), lambda key, payload: None)
     channel.serve(Keys("test").control, lambda query: kept.append(query) or print("asked", flush=True))
     channel.declare_token(Keys("test").alive(5))
     sys.stdin.read()
@@ -350,6 +352,22 @@ def test_a_worker_connects_again_when_the_root_comes_back():
             second.declare_token(KEYS.alive(0))
 
             assert seen.next() == (KEYS.alive(0), True)
+
+
+def test_a_frozen_worker_that_is_sent_more_than_it_takes_does_not_hold_up_another(root, worker):
+    with process(HOLDER, root.endpoint) as frozen:
+        seen, got = watched(root), subscribed(worker, KEYS.links_to(1))
+        assert seen.next() == (KEYS.alive(5), True)
+        ready(root, worker, 1)
+        frozen.send_signal(signal.SIGSTOP)
+        began = time.monotonic()
+        for number in range(300):  # far more than buffers hold
+            root.publish(KEYS.link(0, 5), bytes(64 * 1024), Lane.LINK)
+            root.publish(KEYS.link(0, 1), bytes([number % 256]), Lane.LINK)
+        for _ in range(300):
+            got.next()
+
+        assert time.monotonic() - began < 4.0 * WAIT_BEFORE_CLOSE_SECONDS
 
 
 # Observers.

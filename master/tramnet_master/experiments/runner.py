@@ -101,14 +101,15 @@ def run(
             open_root(network, [options.endpoint], observers, credentials)
         )
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
-        claim.announce(
-            networks.LiveNetwork(
-                network, channel.endpoint, own, os.getpid(), str(folder.path.absolute())
-            )
-        )
-        root = Root(experiment, options, network, channel, folder, progress, again)
         try:
-            return folder.path, stack.enter_context(root).run()
+            claim.announce(
+                networks.LiveNetwork(
+                    network, channel.endpoint, own, os.getpid(), str(folder.path.absolute())
+                )
+            )
+            root = Root(experiment, options, network, channel, folder, progress, again)
+            with root:
+                return folder.path, root.run()
         except (KeyboardInterrupt, BrokenPipeError) as error:
             raise Interrupted(folder.path) from error
         except CannotWrite as error:

@@ -499,8 +499,10 @@ class Farm:
                 if member is not None:
                     self._lose(member, "has fallen silent and is wired out")
             self._settle()
-        while self._found_out:
-            self._expel(self._found_out.pop())
+        if self._found_out:
+            while self._found_out:
+                self._expel(self._found_out.pop())
+            self._settle()
 
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
