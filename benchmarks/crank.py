@@ -10,51 +10,48 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tramnet_master.console import people
+from tramnet_master.design_methods import (
+    BUDGET,
+    POINTS,
+    Found,
+    by_mpga,
+    measure,
+    measure_methods,
+    step_1,
+)
+from tramnet_master.reports.method_table import method_table
 from tramnet_workers.evolution.coupling import medians
 from tramnet_workers.evolution.encodings import Layout, decode, gene_steps
 from tramnet_workers.evolution.mpga import run_mpga
 from tramnet_workers.kernels.design import RC
 from tramnet_workers.mpga_settings import SETTINGS, GeneticSettings
-from tramnet_workers.problems.bilevel import polish, run_bilevel, worth
 from tramnet_workers.problems.checks import follow_poses
 from tramnet_workers.problems.crank_design import PlanarDesign
 from tramnet_workers.problems.design_task import DesignTask
 from tramnet_workers.problems.progressive import Outcome, advance, begin
-from tramnet_workers.problems.single_design import single_design, single_genetic
-from tramnet_workers.problems.stages import design_stage
 
 Floats = NDArray[np.float64]
 
 FIRST_SEED = 1000
-BUDGET = 100_000  # evaluations for each task point
-ORIGIN = np.zeros(2)
 REQUIRED_SPREAD = {4: 0.003, 64: 0.010}  # [m]
 REQUIRED_Q, REQUIRED_WORST, REQUIRED_POLISHED = 0.98, 0.97, 0.999
 REQUIRED_OVERHEAD, REQUIRED_CONSTANCY = 1.5, 1.3
-
-
-class Found(NamedTuple):
-    """What a method found with some seeds."""
-
-    q: Floats
-    spread: Floats
-    seconds: float
 
 
 def main() -> None:
     """Print the tables."""
     arguments = _arguments()
     seeds = range(FIRST_SEED, FIRST_SEED + arguments.seeds)
-    points = [t for t in (4, 8, 16, 32, 64, 128) if t <= arguments.most_points]
-    run_mpga(*_problem(4, "recommended", generations=3), seed=0)  # loads the compiled kernels
+    points = [t for t in POINTS if t <= arguments.most_points]
+    run_mpga(*_short(4, 3), seed=0)  # loads the compiled kernels
     _print_quality([t for t in points if t in (4, 16, 64)], seeds)
     _print_cost(points)
-    _print_methods(points, seeds)
+    people.print(method_table(measure_methods(points, seeds), BUDGET))
     _print_progressive(seeds)
 
 
@@ -65,56 +62,9 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _task(t: int) -> DesignTask:
-    return DesignTask(stations=tuple(np.arange(t) / t))
-
-
-def _problem(
-    t: int, settings: str, *, generations: int | None = None
-) -> tuple[PlanarDesign, GeneticSettings]:
-    named = replace(SETTINGS[settings], elbow=None)
-    stage = design_stage(_task(t), named)
-    assert isinstance(stage.problem, PlanarDesign)
-    genetic = stage.genetic
-    return stage.problem, replace(genetic, generations=generations or genetic.generations)
-
-
-def _optimum(t: int) -> float:
-    return run_bilevel(_task(t), 2 * BUDGET * t, seed=0).dexterity
-
-
-def _found(t: int, seeds: Iterable[int], search: Callable[[int], tuple[Floats, float]]) -> Found:
-    """Run a search that returns lengths and spread; measure the lengths by exact poses."""
-    optimum, q, spreads, seconds = _optimum(t), [], [], 0.0
-    for seed in seeds:
-        started = time.process_time()
-        lengths, spread = search(seed)
-        seconds += time.process_time() - started
-        q.append(worth(_task(t), lengths, ORIGIN).mean / optimum)
-        spreads.append(spread)
-    return Found(np.array(q), np.array(spreads), seconds / len(q))
-
-
-def _by_mpga(t: int, settings: str) -> Callable[[int], tuple[Floats, float]]:
-    problem, genetic = _problem(t, settings)
-
-    def search(seed: int) -> tuple[Floats, float]:
-        lengths = run_mpga(problem, genetic, seed).final_traits[:, :3]
-        if SETTINGS[settings].polish:
-            return np.array(polish(_task(t), lengths.mean(axis=0), ORIGIN).lengths), 0.0
-        return lengths.mean(axis=0), float(np.ptp(lengths, axis=0).max())
-
-    return search
-
-
-def _by_single_ga(t: int) -> Callable[[int], tuple[Floats, float]]:
-    task, settings = _task(t), SETTINGS["recommended"]
-    problem, genetic = single_design(task, settings), single_genetic(task, settings, BUDGET * t)
-    return lambda seed: (run_mpga(problem, genetic, seed).final_traits[0, :3], 0.0)
-
-
-def _by_bilevel(t: int) -> Callable[[int], tuple[Floats, float]]:
-    return lambda seed: (np.array(run_bilevel(_task(t), BUDGET * t, seed).lengths), 0.0)
+def _short(points: int, generations: int) -> tuple[PlanarDesign, GeneticSettings]:
+    problem, genetic = step_1(points, "recommended")
+    return problem, replace(genetic, generations=generations)
 
 
 def _print_quality(points: Iterable[int], seeds: range) -> None:
@@ -123,10 +73,10 @@ def _print_quality(points: Iterable[int], seeds: range) -> None:
     spreads: dict[tuple[str, int], float] = {}
     for settings in ("literal", "recommended", "polished"):
         for t in points:
-            found = _found(t, seeds, _by_mpga(t, settings))
+            found = measure(t, seeds, by_mpga(t, settings))
             spreads[settings, t] = float(found.spread.mean())
             print(
-                f"{settings:<12} {t:>3}   {found.q.mean():.4f}   {found.q.min():.4f}  "
+                f"{settings:<12} {t:>3}   {found.quality.mean():.4f}   {found.quality.min():.4f}  "
                 f"{1e3 * found.spread.mean():8.2f} {1e3 * found.spread.max():8.2f}"
                 f"   {_quality_verdict(settings, t, found)}"
             )
@@ -138,10 +88,10 @@ def _print_quality(points: Iterable[int], seeds: range) -> None:
 
 def _quality_verdict(settings: str, t: int, found: Found) -> str:
     if settings == "polished":
-        return _verdict(found.q.min() >= REQUIRED_POLISHED)
+        return _verdict(found.quality.min() >= REQUIRED_POLISHED)
     if settings == "literal":
         return ""
-    good = found.q.mean() >= REQUIRED_Q and found.q.min() >= REQUIRED_WORST
+    good = found.quality.mean() >= REQUIRED_Q and found.quality.min() >= REQUIRED_WORST
     return _verdict(bool(good and found.spread.max() <= REQUIRED_SPREAD.get(t, np.inf)))
 
 
@@ -152,7 +102,7 @@ def _print_cost(points: Iterable[int]) -> None:
     each: list[float] = []
     for t in points:
         generations = max(100, 4000 // t)
-        problem, genetic = _problem(t, "recommended", generations=generations)
+        problem, genetic = _short(t, generations)
         run = _least_seconds(partial(run_mpga, problem, genetic, 1))
         alone = _least_seconds(partial(_only_evaluate, problem, genetic))
         each.append(run / generations / t)
@@ -183,20 +133,6 @@ def _only_evaluate(problem: PlanarDesign, genetic: GeneticSettings) -> None:
         problem.evaluate(0, genes, traits, terms)
         medians(problem.circular, traits, values)
         problem.rate(0, generation, values, traits, terms, fitness)
-
-
-def _print_methods(points: Iterable[int], seeds: range) -> None:
-    print(f"methods at equal evaluations, {BUDGET} for each task point: q mean (worst), s a run")
-    print("  t   mpga                     single-ga                bilevel-cma")
-    for t in points:
-        few = seeds[: max(2, len(seeds) * 8 // t)] if t > 8 else seeds
-        row = [
-            _found(t, few, search)
-            for search in (_by_mpga(t, "recommended"), _by_single_ga(t), _by_bilevel(t))
-        ]
-        cells = (f"{f.q.mean():.4f} ({f.q.min():.4f}) {f.seconds:5.2f}" for f in row)
-        print(f"{t:>3}   " + "    ".join(cells))
-    print()
 
 
 def _print_progressive(seeds: range) -> None:

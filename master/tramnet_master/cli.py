@@ -1,32 +1,59 @@
 """The command line: ``tramnet``. Commands live in ``commands``; here is their list and what their errors become."""
 
 import contextlib
+import io
 import os
 import sys
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
-from tramnet_master.commands import network, results, runs, simulate, tables, topology
+from tramnet_master.commands import certificates, network, results, runs, simulate, tables, topology
 from tramnet_master.commands.echo import echo
 from tramnet_master.commands.inspect import inspect
 from tramnet_master.commands.record import record
 from tramnet_master.commands.status import status
+from tramnet_master.commands.traffic import traffic
 from tramnet_master.console import people, programs
 from tramnet_master.errors import MasterError
-from tramnet_protocol.errors import BadEndpoint, BadKey, BadLink, BadTopology, ProtocolError
+from tramnet_protocol.errors import (
+    BadCredentials,
+    BadEndpoint,
+    BadKey,
+    BadLink,
+    BadTopology,
+    ProtocolError,
+)
 from tramnet_workers.errors import InvalidParameters, InvalidTask, UnknownProblem, WorkersError
 
 DONE, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _BAD_INPUT = (
-    BadKey, BadEndpoint, BadLink, BadTopology, InvalidTask, InvalidParameters, UnknownProblem,
+    BadCredentials, BadKey, BadEndpoint, BadLink, BadTopology, InvalidTask, InvalidParameters,
+    UnknownProblem,
+)  # fmt: skip
+
+
+class _InOrder(TyperGroup):
+    """Commands in the order in which people need them, groups among them."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        names = super().list_commands(ctx)
+        return sorted(names, key=lambda name: _ORDER.index(name) if name in _ORDER else len(_ORDER))
+
+
+_ORDER = (
+    "run", "resume", "report", "table", "worker", "scale", "stop", "inspect", "echo", "record", "traffic",
+    "simulate", "topology", "problems", "certificates",
 )  # fmt: skip
 
 app = typer.Typer(
     name="tramnet",
     help="Evolve robot motions and robot designs on a network of processes that mirrors a transputer machine.",
+    cls=_InOrder,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -43,6 +70,8 @@ app.command()(topology.topology)
 app.command()(inspect)
 app.command()(echo)
 app.command()(record)
+app.command()(traffic)
+app.command()(certificates.certificates)
 app.command()(results.report)
 app.command()(results.problems)
 
@@ -65,6 +94,8 @@ def _options(
 
 def main() -> None:
     """Run the command line; the exit codes are 0 done, 1 failed, 2 bad input, 130 interrupted."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a terminal that has no such letter shows another
     sys.exit(run(sys.argv[1:]))
 
 

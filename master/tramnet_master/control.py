@@ -1,11 +1,14 @@
 """Talks to a running root: asks its control topic, and finds out where it is."""
 
+from pathlib import Path
+
 from tramnet_master import networks
 from tramnet_master.errors import RunFailed
 from tramnet_protocol.channel import Channel
 from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.keys import Keys, check_network
 from tramnet_protocol.messages import ControlReply, ControlRequest, Refusal
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import open_observer
 
 TIMEOUT = 5.0
@@ -30,15 +33,23 @@ def locate(connect: str | None, network: str | None) -> networks.LiveNetwork:
     return networks.LiveNetwork(name, connect, connect, pid=0, folder="")
 
 
-def ask(live: networks.LiveNetwork, request: ControlRequest) -> ControlReply:
+def ask(
+    live: networks.LiveNetwork, request: ControlRequest, tls: Path | None = None
+) -> ControlReply:
     """Ask the root of a network to do something.
+
+    Args:
+        live: Where it is.
+        request: What it shall do.
+        tls: Folder with the root's certificate, for a root elsewhere that asks for one.
 
     Raises:
         CannotConnect: Nobody listens there.
         NoAnswer: The root does not answer.
         RunFailed: It refuses.
     """
-    with open_observer(live.observers) as channel:
+    credentials = Credentials.load(tls) if tls else None
+    with open_observer(live.observers, credentials) as channel:
         return question(channel, Keys(live.network), request, TIMEOUT)
 
 

@@ -30,7 +30,7 @@ from tramnet_workers.problems.trajectory import intervals
 
 Floats = NDArray[np.float64]
 
-_UNITS = {"rc": "m", "jlc": "rad", "dm": "", "jump": "rad", "end": "rad"}
+_UNITS = {"rc": "m", "tc": "m", "jlc": "rad", "dm": "", "jump": "rad", "end": "rad"}
 
 
 class DesignQuality(Struct, frozen=True):

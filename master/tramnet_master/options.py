@@ -66,10 +66,10 @@ Listen: TypeAlias = Annotated[
         help="Where the root listens for workers; beyond loopback only if you say so.",
     ),
 ]  # fmt: skip
-Observe: TypeAlias = Annotated[
+Observers: TypeAlias = Annotated[
     str | None,
     typer.Option(
-        envvar="TRAMNET_OBSERVE", rich_help_panel=_FARM,
+        envvar="TRAMNET_OBSERVERS", rich_help_panel=_FARM,
         help="Where observers of other machines attach, ws/HOST:PORT; those of this one need nothing.",
     ),
 ]  # fmt: skip
@@ -153,6 +153,13 @@ Node: TypeAlias = Annotated[
         help="Machine of the 1990s to keep link books for, in virtual time: t805-25, or none.",
     ),
 ]  # fmt: skip
+Pace: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--pace", envvar="TRAMNET_PACE", rich_help_panel=_FARM,
+        help="Let frames really take as long as on a transputer's links, to show it.",
+    ),
+]  # fmt: skip
 Mbaud: TypeAlias = Annotated[
     int,
     typer.Option(
@@ -179,5 +186,12 @@ WorkerMemory: TypeAlias = Annotated[
     typer.Option(
         min=0, envvar="TRAMNET_WORKER_MEMORY", rich_help_panel=_FARM,
         help="Memory a local worker may have in MiB; 0 for any.",
+    ),
+]  # fmt: skip
+Tls: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(
+        envvar="TRAMNET_TLS", rich_help_panel=_FARM,
+        help="Folder with this host's certificate and key; see `tramnet certificates`.",
     ),
 ]  # fmt: skip

@@ -4,11 +4,10 @@ import math
 from pathlib import Path
 
 from tramnet_master.errors import InvalidFile
+from tramnet_master.user_csv import read_beside
 from tramnet_master.wording import spell
 
 NAMES = ["x_cm", "y_cm", "z_cm"]
-
-LARGEST_FILE = 1 << 24  # 100,000 points with all their digits [B]
 
 Point = tuple[float, float, float]
 
@@ -24,7 +23,7 @@ def read_points(file: Path, field: str, name: str) -> list[Point]:
     Raises:
         InvalidFile: The file cannot be read, or a line of it is no point.
     """
-    lines = _read(file, field, name).splitlines()
+    lines = read_beside(file, field, name)[1].splitlines()
     first = 1 if lines and _names_of(lines[0]) == NAMES else 0
     return [
         _point(line, InvalidFile(file, field, f"{spell(line)} in line {i} of {name}", _EXPECTED))
@@ -34,21 +33,6 @@ def read_points(file: Path, field: str, name: str) -> list[Point]:
 
 
 _EXPECTED = f"a point: 3 finite numbers, as in {','.join(NAMES)} [cm]"
-
-
-def _read(file: Path, field: str, name: str) -> str:
-    path = file.parent / name
-    try:
-        if path.stat().st_size > LARGEST_FILE:
-            found = f"{spell(name)} of {path.stat().st_size} bytes"
-            raise InvalidFile(file, field, found, f"a file of at most {LARGEST_FILE}")
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        found = f"{spell(name)}: {(error.strerror or str(error)).lower()}"
-        hint = f"looked for {path}"
-        raise InvalidFile(file, field, found, "a CSV file that can be read", hint) from error
-    except UnicodeDecodeError as error:
-        raise InvalidFile(file, field, f"{spell(name)}, no text ({error})", "a CSV file") from error
 
 
 def _names_of(line: str) -> list[str]:

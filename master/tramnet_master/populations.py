@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tramnet_master.csv_tables import Column, read_table, write_table
+from tramnet_master.errors import DamagedFile
 from tramnet_workers.problems.steps import Step
 
 Floats = NDArray[np.float64]
 
-MOST_ROWS = 100_000  # of one search
-_STEPS = (Step.DESIGN, Step.PLACEMENT, Step.PROTOTYPE, Step.PLANNING)
+MOST_ROWS = 20_000  # of one search
+_NAMES = ("stage", "returns", "generation", "population", "best", "mean", "total_length_m")
 _NUMBERS = {Step.DESIGN: 1, Step.PLACEMENT: 1, Step.PROTOTYPE: 2, Step.PLANNING: 3}
 
 
@@ -79,6 +80,9 @@ def read_populations(path: Path) -> list[Populations]:
         DamagedFile: It is torn.
     """
     table = read_table(path)
+    missing = [name for name in _NAMES if name not in table]
+    if missing:
+        raise DamagedFile(path, f"the columns {', '.join(table)}", f"a column {missing[0]} too")
     return list(_searches(table))
 
 

@@ -81,6 +81,7 @@ _OUR_FIGURES = (
     "planned_poses",
     "configurations",
     "null_motion",
+    "dexterity",
     "constraints",
 )
 _HEAD = b"# A run of tramnet: everything needed to repeat it.\n\n"

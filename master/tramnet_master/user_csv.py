@@ -8,7 +8,7 @@ from pathlib import Path
 from tramnet_master.errors import InvalidFile
 from tramnet_master.wording import spell
 
-LARGEST_FILE = 1 << 20  # [B]
+LARGEST_FILE = 1 << 24  # 100,000 points with all their digits [B]
 
 
 def read_beside(task_file: Path, field: str, name: str) -> tuple[Path, str]:
@@ -24,17 +24,20 @@ def read_beside(task_file: Path, field: str, name: str) -> tuple[Path, str]:
     """
     path = task_file.parent / name
     try:
-        content = path.read_bytes() if name else b""
+        size = path.stat().st_size
+        content = path.read_bytes() if size <= LARGEST_FILE else b""
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        found = f"{spell(name)}, which cannot be read ({reason.lower()})"
-        raise InvalidFile(task_file, field, found, "a CSV file beside this one") from error
-    if len(content) > LARGEST_FILE:
-        raise InvalidFile(path, "", f"{len(content)} bytes", f"at most {LARGEST_FILE}")
+        found, hint = f"{spell(name)}: {reason.lower()}", f"looked for {path}"
+        raise InvalidFile(task_file, field, found, "a CSV file that can be read", hint) from error
+    if size > LARGEST_FILE:
+        found = f"{spell(name)} of {size} bytes"
+        raise InvalidFile(task_file, field, found, f"a file of at most {LARGEST_FILE}")
     try:
         return path, content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InvalidFile(path, "", f"bytes that are no text ({error})", "UTF-8") from error
+        found = f"{spell(name)}, no text ({error})"
+        raise InvalidFile(task_file, field, found, "UTF-8") from error
 
 
 def read_columns(path: Path, text: str, names: Sequence[str]) -> list[tuple[float, ...]]:

@@ -29,6 +29,10 @@ class Query(Protocol):
     """A question that arrived, answered once or not at all; whoever asked learns it either way."""
 
     @property
+    def key(self) -> str:
+        """Where it is asked."""
+
+    @property
     def payload(self) -> bytes:
         """What is asked."""
 
@@ -40,8 +44,8 @@ class Query(Protocol):
         """
 
 
-class Channel(Protocol):
-    """One node's connection to its network."""
+class Publisher(Protocol):
+    """What sends."""
 
     def publish(self, key: str, payload: bytes, lane: Lane) -> None:
         """Send a message to whoever subscribes to a key, if anybody does.
@@ -50,6 +54,10 @@ class Channel(Protocol):
             MessageTooLarge: The payload is above the limit.
             ChannelClosed: The channel was closed.
         """
+
+
+class Channel(Publisher, Protocol):
+    """One node's connection to its network."""
 
     def subscribe(self, key: str, deliver: Callable[[str, bytes], None]) -> None:
         """Have messages whose key matches a pattern delivered: key and payload."""

@@ -10,6 +10,7 @@
     - BadLink: a link that no transputer has
     - BadEndpoint: an endpoint that cannot be listened on
       · AddressInUse: somebody listens there already
+    - BadCredentials: certificates, a key or a list of seats that cannot be used
     - ChannelClosed: the channel was closed before
   + RemoteProtocolError: another side misbehaved, or is not there
     - MalformedFrame: bytes that are no frame of ours
@@ -20,6 +21,8 @@
 
 Each message says what was found, what was expected and, where there is one, what would work.
 """
+
+from pathlib import Path
 
 
 class ProtocolError(Exception):
@@ -97,6 +100,18 @@ class AddressInUse(BadEndpoint):
             f"somebody listens at {endpoint} already; stop that process, or choose another "
             "address (port 0 takes a free one)",
         )
+
+
+class BadCredentials(LocalProtocolError):
+    """Certificates, a key or a list of seats that cannot be used.
+
+    Attributes:
+        path: The file or folder.
+    """
+
+    def __init__(self, path: Path, message: str) -> None:
+        super().__init__(f"{path}: {message}; see docs/security.md")
+        self.path = path
 
 
 class ChannelClosed(LocalProtocolError):

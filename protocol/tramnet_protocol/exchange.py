@@ -78,7 +78,7 @@ class Exchange:
     Attributes:
         identity: Who the node is.
         malformed: Payloads that were no frames.
-        foreign: Frames of other runs, or for other incarnations.
+        foreign: Frames of other runs or for other incarnations, or on links their TRAM does not have.
         stranded: Frames not passed on, for their next TRAM is gone.
         routes: The wirings it knows.
     """
@@ -174,13 +174,13 @@ class Exchange:
             try:
                 link = self._received[key] = _Incoming(parse(key).seats[0])
             except UnknownKey as error:
-                self._refuse(key, error)
+                self.refuse(f"on {key[:120]}", error)
                 return None
         try:
             frame = decode(payload)
         except MalformedFrame as error:
             link.dropped += 1
-            self._refuse(key, error)
+            self.refuse(f"on {key[:120]}", error)
             return None
         link.frames += 1
         link.bytes += len(payload)
@@ -194,6 +194,25 @@ class Exchange:
             tag.received += 1
             tag.received_bytes += len(payload)
         return frame
+
+    def admits(self, key: str, frame: Frame) -> bool:
+        """Return whether a frame may have come this way; one that may not is counted and dropped.
+
+        Args:
+            key: The link topic it came on.
+            frame: A frame whose wiring is known.
+        """
+        if self.routes.admits(self._received[key].source, frame.header.source):
+            return True
+        self.foreign += 1
+        self.drop(key)
+        return False
+
+    def refuse(self, where: str, error: ProtocolError) -> None:
+        """Count a frame that cannot be understood, and log the first, second, fourth, ... of them."""
+        self.malformed += 1
+        if self.malformed.bit_count() == 1:
+            _log.warning("dropped frame %d: %s: %s", self.malformed, where, error)
 
     def is_ours(self, frame: Frame) -> bool:
         """Return whether a frame is for this node, not to be passed on."""
@@ -249,10 +268,6 @@ class Exchange:
         if link is not None:
             link.checker = SequenceChecker(from_start=False)
         self._numbers.reopen(seat)
-
-    def _refuse(self, key: str, error: ProtocolError) -> None:
-        self.malformed += 1
-        _log.warning("dropped a frame on %s: %s", key[:120], error)
 
     def _is_valid(self, header: Header) -> bool:
         """Return whether a frame is of this run and, if for this seat, for who sits here now."""

@@ -77,6 +77,20 @@ class Keys:
         """Where a worker asks for a seat."""
         return self._key(Topic.JOIN)
 
+    def join_as(self, name: str) -> str:
+        """Return where a worker asks for a seat whose certificate bears a name."""
+        return self._key(Topic.JOIN, name)
+
+    def asker(self, key: str) -> str | None:
+        """Return the name under which a worker asks for a seat, or None where it asks without one."""
+        head, _, name = key.rpartition("/")
+        return name if head == self.join else None
+
+    @property
+    def join_as_anybody(self) -> str:
+        """Pattern of these, whatever the name."""
+        return self._key(Topic.JOIN, _ANY)
+
     @property
     def control(self) -> str:
         """Where people scale, stop and ask for the status."""
@@ -106,6 +120,10 @@ class Keys:
     def links_to(self, tram: int) -> str:
         """Return the pattern of all links into a TRAM."""
         return self._key(Topic.LINK, _ANY, _seat(tram))
+
+    def links_from(self, tram: int) -> str:
+        """Return the pattern of all links out of a TRAM."""
+        return self._key(Topic.LINK, _seat(tram), _ANY)
 
     @property
     def all_links(self) -> str:

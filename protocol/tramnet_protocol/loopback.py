@@ -249,9 +249,9 @@ class LoopbackChannel:
         deliver = self._network.server(self, key)
         if deliver is None:
             raise NoAnswer(key, f"nobody answers to {key}")
-        query = LoopbackQuery(payload)
+        query = LoopbackQuery(key, payload)
         deliver(query)
-        return query.wait(key, timeout)
+        return query.wait(timeout)
 
     def close(self) -> None:
         """Close the channel; a second call does nothing."""
@@ -279,10 +279,12 @@ class LoopbackQuery:
     """A question that arrived inside this process.
 
     Attributes:
+        key: Where it is asked.
         payload: What is asked.
     """
 
-    def __init__(self, payload: bytes) -> None:
+    def __init__(self, key: str, payload: bytes) -> None:
+        self.key = key
         self.payload = payload
         self._answer = b""
         self._answered = threading.Event()
@@ -293,10 +295,10 @@ class LoopbackQuery:
         self._answer = payload
         self._answered.set()
 
-    def wait(self, key: str, timeout: float) -> bytes:
+    def wait(self, timeout: float) -> bytes:
         """Return the answer, which comes from another thread or has come already."""
         if not self._answered.wait(timeout):
-            raise NoAnswer(key, f"no answer to {key} within {timeout:g} s")
+            raise NoAnswer(self.key, f"no answer to {self.key} within {timeout:g} s")
         return self._answer
 
 

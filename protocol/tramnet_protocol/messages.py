@@ -10,7 +10,7 @@ by ``JoinReply`` or ``Refusal``; people steer by ``ControlRequest``.
 """
 
 import enum
-from typing import Annotated, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta, Struct
 
@@ -25,6 +25,8 @@ Word: TypeAlias = Annotated[int, Meta(ge=0, le=MAX_WORD)]
 Seconds: TypeAlias = Annotated[float, Meta(ge=0.0, le=1e12)]
 Name: TypeAlias = Annotated[str, Meta(min_length=1, max_length=120)]
 Text: TypeAlias = Annotated[str, Meta(max_length=4000)]
+
+Pace: TypeAlias = Literal[0, 5, 10, 20]
 
 ROOT: Seat = 0
 NOBODY: Seat = 4095
@@ -344,6 +346,7 @@ class JoinReply(Struct, frozen=True, forbid_unknown_fields=True):
         root_incarnation: Incarnation of the root.
         setup: The problem; ahead of the wiring, for its bulk has to be among the first values.
         wiring: The wiring in force; one that includes the worker follows its token.
+        pace: Speed of the links whose pace frames shall have [Mbaud], or 0 for their own.
     """
 
     run: Word
@@ -352,6 +355,7 @@ class JoinReply(Struct, frozen=True, forbid_unknown_fields=True):
     root_incarnation: Count
     setup: Setup
     wiring: Wiring
+    pace: Pace = 0
 
 
 class Refusal(Struct, frozen=True, forbid_unknown_fields=True):

@@ -12,13 +12,18 @@ import re
 from collections.abc import Sequence
 from typing import TypeAlias
 
+from tramnet_protocol.access import access_rules
 from tramnet_protocol.errors import BadEndpoint
 from tramnet_protocol.limits import LEASE_SECONDS, MAX_MESSAGE_BYTES, WAIT_BEFORE_CLOSE_SECONDS
+from tramnet_protocol.security import Credentials
 
 Settings: TypeAlias = dict[str, object]
 
 ENVELOPE_BYTES = 4096
 """What Zenoh adds to a payload at most: key, time stamp and the like [B]."""
+
+PRIVATE = ("tls", "quic")
+"""Protocols over which both sides show certificates."""
 
 _ENDPOINT = re.compile(r"(?P<protocol>[a-z][a-z-]*)/(?P<address>\S+)")
 
@@ -30,19 +35,27 @@ _DROP = {
 }
 
 
-def root_settings(network: str, listen: Sequence[str], observers: Sequence[str] = ()) -> Settings:
+def root_settings(
+    network: str,
+    listen: Sequence[str],
+    observers: Sequence[str] = (),
+    credentials: Credentials | None = None,
+) -> Settings:
     """Return the settings of a root.
 
     Args:
         network: Name of the network, shown in the admin space.
         listen: Endpoints for workers.
         observers: Endpoints for observers, of protocols no worker uses.
+        credentials: Where given, only those may join whom its list of seats names.
 
     Raises:
-        BadEndpoint: An endpoint is none, or observers would share a protocol with workers.
+        BadEndpoint: An endpoint is none, or observers would share a protocol with workers, or workers could come
+            without a certificate where these are asked for.
+        BadCredentials: The list of seats cannot be used.
     """
-    workers = [protocol_of(endpoint) for endpoint in listen]
-    settings = _common(f"tramnet root {network}") | {
+    workers = {protocol_of(endpoint) for endpoint in listen}
+    settings = _common(f"tramnet root {network}", credentials) | {
         "mode": "peer",
         "listen": {"endpoints": [*listen, *observers]},
         "connect": {"endpoints": []},
@@ -57,21 +70,27 @@ def root_settings(network: str, listen: Sequence[str], observers: Sequence[str] 
             )
     if observers:
         settings["qos"] = {"network": [_observers_rule(observers)]}
+    if credentials:
+        _check_private(listen)
+        settings["access_control"] = access_rules(
+            network, credentials.name, credentials.seats(), [protocol_of(o) for o in observers]
+        )
     return settings
 
 
-def client_settings(name: str, connect: str) -> Settings:
+def client_settings(name: str, connect: str, credentials: Credentials | None = None) -> Settings:
     """Return the settings of a worker or an observer.
 
     Args:
         name: Name shown in the admin space.
         connect: Endpoint of the root.
+        credentials: What it shows of itself at an endpoint that asks for certificates.
 
     Raises:
         BadEndpoint: It is no endpoint.
     """
     protocol_of(connect)
-    return _common(name) | {
+    return _common(name, credentials) | {
         "mode": "client",
         "listen": {"endpoints": []},
         "connect": {
@@ -99,7 +118,17 @@ def protocol_of(endpoint: str) -> str:
     return match["protocol"]
 
 
-def _common(name: str) -> Settings:
+def _check_private(listen: Sequence[str]) -> None:
+    for endpoint in listen:
+        if protocol_of(endpoint) not in PRIVATE:
+            raise BadEndpoint(
+                endpoint,
+                f"found {endpoint}, expected one of {', '.join(PRIVATE)} where certificates are "
+                f"asked for: tls/{endpoint.partition('/')[2]}",
+            )
+
+
+def _common(name: str, credentials: Credentials | None) -> Settings:
     congestion = {
         "block": {"wait_before_close": round(WAIT_BEFORE_CLOSE_SECONDS * 1e6)},
         "drop": _DROP,
@@ -114,6 +143,7 @@ def _common(name: str) -> Settings:
         "transport": {
             "shared_memory": {"enabled": False},
             "link": {
+                **({"tls": _tls(credentials)} if credentials else {}),
                 "tx": {
                     "lease": round(LEASE_SECONDS * 1e3),
                     "queue": {"congestion_control": congestion},
@@ -121,6 +151,18 @@ def _common(name: str) -> Settings:
                 "rx": {"max_message_size": MAX_MESSAGE_BYTES + ENVELOPE_BYTES},
             },
         },
+    }
+
+
+def _tls(credentials: Credentials) -> Settings:
+    """Return where the certificates are; both sides of a connection show one."""
+    return {
+        "root_ca_certificate": credentials.ca,
+        "enable_mtls": True,
+        "listen_private_key": credentials.key,
+        "listen_certificate": credentials.certificate,
+        "connect_private_key": credentials.key,
+        "connect_certificate": credentials.certificate,
     }
 
 

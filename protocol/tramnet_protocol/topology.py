@@ -205,6 +205,10 @@ SHAPES: Mapping[str, Shape] = MappingProxyType(
 """The shapes by name."""
 
 
+ALL_SEATS = range(1, MAX_SEATS)
+"""Seats of workers."""
+
+
 def links_of(seat: int) -> int:
     """Return how many links of a TRAM can join others."""
     return LINKS_OF_THE_ROOT if seat == ROOT else LINKS_PER_TRAM
@@ -225,18 +229,23 @@ def shape_named(name: str) -> Shape:
     return shape
 
 
-def lowest_free_seat(taken: Collection[int]) -> int:
+def lowest_free_seat(taken: Collection[int], among: range = ALL_SEATS) -> int:
     """Return the seat of the next worker to join.
 
+    Args:
+        taken: Seats that are taken.
+        among: Seats it may have.
+
     Raises:
-        BadTopology: All seats are taken.
+        BadTopology: All of these are taken.
     """
-    seat = next(seat for seat in range(1, MAX_SEATS + 1) if seat not in taken)
-    if seat == MAX_SEATS:
-        raise BadTopology(
-            f"found all {MAX_SEATS - 1} seats of workers taken; remove a worker first"
-        )
-    return seat
+    for seat in among:
+        if seat not in taken:
+            return seat
+    raise BadTopology(
+        f"found all {len(among)} seats from {among.start} to {among.stop - 1} taken; "
+        "remove a worker first"
+    )
 
 
 def connect(topology: str, seats: Collection[int]) -> Graph:
@@ -265,6 +274,18 @@ def rewire(shape: Shape, incarnations: Mapping[int, int], epoch: int) -> Wiring:
     """
     graph = shape.connect(incarnations.keys())
     return Wiring(epoch, shape.name, dict(incarnations), graph.edges)
+
+
+def check_wiring(wiring: Wiring) -> None:
+    """Check the links of a wiring that arrived, in less time than its graph takes.
+
+    Raises:
+        BadTopology: A link of it joins a TRAM to itself or to one that is not live.
+    """
+    live = wiring.incarnations
+    for one, other in wiring.edges:
+        if one == other or one not in live or other not in live:
+            raise BadTopology(f"found the link {one}-{other}; expected two different live TRAMs")
 
 
 def graph_of(wiring: Wiring) -> Graph:

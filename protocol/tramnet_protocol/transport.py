@@ -26,7 +26,14 @@ from tramnet_protocol.errors import (
 )
 from tramnet_protocol.keys import check_network
 from tramnet_protocol.limits import MAX_MESSAGE_BYTES
-from tramnet_protocol.settings import Settings, client_settings, protocol_of, root_settings
+from tramnet_protocol.security import Credentials
+from tramnet_protocol.settings import (
+    PRIVATE,
+    Settings,
+    client_settings,
+    protocol_of,
+    root_settings,
+)
 from tramnet_protocol.tokens import TokenView
 
 _CONGESTION = {
@@ -44,7 +51,12 @@ _ANY_INTERFACE = {"0.0.0.0": "127.0.0.1", "[::]": "[::1]"}
 _LOCAL_ANSWER_SECONDS = 5.0
 
 
-def open_root(network: str, listen: Sequence[str], observers: Sequence[str] = ()) -> "ZenohChannel":
+def open_root(
+    network: str,
+    listen: Sequence[str],
+    observers: Sequence[str] = (),
+    credentials: Credentials | None = None,
+) -> "ZenohChannel":
     """Open the root's end of a network.
 
     Args:
@@ -52,15 +64,17 @@ def open_root(network: str, listen: Sequence[str], observers: Sequence[str] = ()
         listen: Endpoints at which workers connect; port 0 takes a free one.
         observers: Endpoints at which observers attach, of protocols that no worker uses. Whatever is sent to them
             is dropped rather than waited for.
+        credentials: Where given, workers must show certificates, and may do what the list of seats says.
 
     Raises:
         BadKey: The name of the network is none.
         BadEndpoint: An endpoint cannot be listened on; ``AddressInUse`` where somebody else does.
+        BadCredentials: The list of seats cannot be used.
     """
     check_network(network)
     endpoints = [*listen, *observers]
     try:
-        session = _open(root_settings(network, listen, observers))
+        session = _open(root_settings(network, listen, observers, credentials))
     except zenoh.ZError as error:
         _refuse_endpoint(endpoints, error)
     try:
@@ -70,30 +84,32 @@ def open_root(network: str, listen: Sequence[str], observers: Sequence[str] = ()
         raise
 
 
-def open_worker(connect: str) -> "ZenohChannel":
+def open_worker(connect: str, credentials: Credentials | None = None) -> "ZenohChannel":
     """Open a worker's end of a network; it connects again by itself when the root comes back there.
 
     Args:
         connect: Endpoint of the root.
+        credentials: What it shows of itself, where the root asks for certificates.
 
     Raises:
         CannotConnect: Nobody listens there, or the root refuses.
         BadEndpoint: It is no endpoint.
     """
-    return _open_client("tramnet worker", connect)
+    return _open_client("tramnet worker", connect, credentials)
 
 
-def open_observer(connect: str) -> "ZenohChannel":
+def open_observer(connect: str, credentials: Credentials | None = None) -> "ZenohChannel":
     """Open an observer's end of a network.
 
     Args:
         connect: One of the root's endpoints for observers.
+        credentials: The root's own, where it is watched from elsewhere and asks for certificates.
 
     Raises:
         CannotConnect: Nobody listens there, or the root refuses.
         BadEndpoint: It is no endpoint.
     """
-    return _open_client("tramnet observer", connect)
+    return _open_client("tramnet observer", connect, credentials)
 
 
 class ZenohChannel:
@@ -244,10 +260,11 @@ class ZenohChannel:
 class _ZenohQuery:
     """A question that arrived over Zenoh."""
 
-    __slots__ = ("_query", "payload")
+    __slots__ = ("_query", "key", "payload")
 
     def __init__(self, query: zenoh.Query) -> None:
         self._query = query
+        self.key = str(query.key_expr)
         self.payload = b"" if query.payload is None else query.payload.to_bytes()
 
     def reply(self, payload: bytes) -> None:
@@ -264,15 +281,27 @@ def _open(settings: Settings) -> zenoh.Session:
     return zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
 
 
-def _open_client(name: str, connect: str) -> ZenohChannel:
+def _open_client(name: str, connect: str, credentials: Credentials | None) -> ZenohChannel:
     try:
-        return ZenohChannel(_open(client_settings(name, connect)))
+        return ZenohChannel(_open(client_settings(name, connect, credentials)))
     except zenoh.ZError as error:
         raise CannotConnect(
             connect,
             f"nobody answers at {connect} ({_plain(error)}); start the root there first, or see its "
-            "run folder for the address it really has",
+            "run folder for the address it really has" + _or_refused(connect, credentials),
         ) from error
+
+
+def _or_refused(connect: str, credentials: Credentials | None) -> str:
+    """Return why a root may refuse who comes: of that, nothing but its own log can tell."""
+    if protocol_of(connect) not in PRIVATE:
+        return ""
+    if credentials is None:
+        return "; it asks for a certificate: name the folder that has one with --tls"
+    return (
+        f"; or it refuses the certificate of {credentials.name}, or its own is not of the same "
+        "authority or not for this address"
+    )
 
 
 def _real_endpoints(session: zenoh.Session, wanted: Sequence[str]) -> tuple[str, ...]:

@@ -1,4 +1,6 @@
+import json
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -95,3 +97,10 @@ def _assert_in_order(figure: Any) -> None:
 def assert_in_order() -> Callable[[Any], None]:
     """What must hold for a figure that was drawn."""
     return _assert_in_order
+
+
+@pytest.fixture(scope="session")
+def golden() -> dict[str, bytes]:
+    """A frame with each kind of message, by tag."""
+    text = (Path(__file__).parents[1] / "golden/frames.json").read_text()
+    return {tag: bytes.fromhex(frame) for tag, frame in json.loads(text).items()}

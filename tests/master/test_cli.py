@@ -27,6 +27,18 @@ def test_the_installed_problems_are_listed(capsys):
     [
         (["scale", "2"], "none is live here"),
         (["inspect", "--once", "--network", "alpha"], "network 'alpha': not found"),
+        (["inspect", "--sort", "speed"], "bytes_per_s"),
+        (["inspect", "--filter", "speed>3"], "utilisation"),
+        (["inspect", "--show", "topics"], "topics come with --sniff"),
+        (["inspect", "--csv", "--show", "trams,links"], "one table for --csv"),
+        (["echo", "--tag", "shout"], "one of evaluate"),
+        (["record", "a.mcap", "--arrays", "some"], "base64"),
+        (["traffic", "nowhere.mcap"], "no such file"),
+        (["run", "problem", "sphere", "--observers", "tcp/127.0.0.1:1"], "a protocol of its own"),
+        (
+            ["run", "problem", "sphere", "--observers", "ws/127.0.0.1:1", "--tls", "x"],
+            "beside --tls",
+        ),
         (["resume", "nowhere"], "no such folder"),
         (["report", "nowhere"], "nowhere"),
         (["table", "puma560", "--cases", "8"], "cases between 1 and 7"),

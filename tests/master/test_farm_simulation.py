@@ -18,6 +18,7 @@ from typing import NamedTuple
 import pytest
 from msgspec import structs
 
+from tramnet_master.farm import allocation
 from tramnet_master.farm.events import (
     Accept,
     Answered,
@@ -44,6 +45,7 @@ from tramnet_master.farm.membership import SILENCE
 from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.farm.ways import ways
+from tramnet_protocol import routes as protocol_routes
 from tramnet_protocol.arrays import Array
 from tramnet_protocol.limits import LEASE_SECONDS
 from tramnet_protocol.messages import (
@@ -61,7 +63,7 @@ from tramnet_protocol.messages import (
     Work,
     WorkId,
 )
-from tramnet_protocol.routes import Routes
+from tramnet_protocol.routes import KEPT, Routes
 from tramnet_protocol.topology import rewire, shape_named
 from tramnet_workers.node import states
 
@@ -390,7 +392,7 @@ class Simulation:
                 self.joined(process)
             case states.Start(member, work):
                 self.plan(self.cost * work.work.size, self.finish, process, member, work.work)
-            case states.Answer(member, answer):
+            case states.Answer(member, answer) | states.AnswerAgain(states.Answer(member, answer)):
                 tram = Tram(member.seat, member.incarnation)
                 arrive = functools.partial(self.receive, tram, answer)
                 if process.cut_until <= self.now:
@@ -585,10 +587,12 @@ class Losses(Simulation):
         self.poison.clear()
 
     def _plan_workers(self) -> None:
-        for seat in range(1, 7):
+        for seat in range(1, 9):
             self.plan(self.chance.choice((0.0, 0.5, 1.0)), self.spawn, seat)
-        for _ in range(5):
-            self.plan(self.chance.uniform(0.5, 5.0), self.kill_some)
+        for _ in range(3):
+            burst = self.chance.uniform(0.5, 4.0)
+            for _ in range(self.chance.randint(1, 4)):
+                self.plan(burst + self.chance.choice((0.0, 0.001, 0.02)), self.kill_some)
 
     def do(self, process: Process, instruction: states.Instruction) -> None:
         if isinstance(instruction, states.Start):
@@ -598,11 +602,16 @@ class Losses(Simulation):
         super().do(process, instruction)
 
 
-def test_a_loss_costs_no_deadline_and_no_work_but_that_of_the_lost_worker(monkeypatch) -> None:
+@pytest.mark.parametrize("kept", [2, KEPT])
+def test_a_loss_costs_no_deadline_and_no_work_but_that_of_the_lost_worker(
+    monkeypatch, kept
+) -> None:
     monkeypatch.setitem(globals(), "Simulation", Losses)
+    monkeypatch.setattr(protocol_routes, "KEPT", kept)
+    monkeypatch.setattr(allocation, "KEPT", kept)
     repeats = 0
 
-    for seed in range(200):
+    for seed in range(100):
         told = [i for _, _, out in play(seed).story for i in out]
         causes = {i.cause for i in told if isinstance(i, Replace)}
         assert causes <= {Cause.FRESH_PROCESS}, f"seed {seed}"

@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -195,13 +197,10 @@ def test_a_rewired_network_is_booked_on_its_new_links(books):
 
 
 def test_books_that_take_too_long_leave_rounds_out_and_count_them():
-    now = [0.0]
-
-    def clock() -> float:
-        now[0] += ALLOWANCE  # so long the booking of each round seems to take
-        return now[0]
-
-    books = LinkBooks(machine(T805, 20), clock)
+    ticks = itertools.count()
+    books = LinkBooks(
+        machine(T805, 20), lambda: ALLOWANCE * next(ticks)
+    )  # so long each seems to take
     books.rewired(WIRING)
     for lead in range(1, 10):
         play(books, range(lead, lead + 1), lead=lead)
@@ -238,3 +237,22 @@ def test_books_go_on_after_a_checkpoint_as_if_nothing_had_happened(books):
 
     assert resumed.summary(20) == books.summary(20)
     assert resumed.state() == books.state()
+
+
+def test_long_rounds_are_booked_as_short_ones_are(books):
+    for step in range(1, 5):
+        for i in range(40):  # 80 chunks a round: more than are remembered
+            parts = {
+                1: evaluate(step, 20 * i, 20 * i + 9),
+                2: evaluate(step, 20 * i + 9, 20 * i + 20),
+            }
+            for seat, part in parts.items():
+                books.sent(Tram(seat, 1), part)
+            for seat, part in parts.items():
+                books.answered(Tram(seat, 1), answer(part, 0.1), None)
+        books.idle()
+
+    found = books.summary(20)
+
+    assert (found.rounds, found.booked) == (4, 4)
+    assert found.frames == 4 * 40 * 4

@@ -1,13 +1,19 @@
+import itertools
+
 import pytest
 
 from tramnet_master.farm.events import Tram
-from tramnet_master.farm.membership import EXPECTED_FOR, SILENCE, Membership
+from tramnet_master.farm.membership import EXPECTED_FOR, MOST_EXPECTED, SILENCE, Membership
 from tramnet_protocol.errors import BadTopology
-from tramnet_protocol.messages import JoinRequest, Stats
+from tramnet_protocol.limits import MAX_ITEMS
+from tramnet_protocol.messages import JoinRequest, Stats, Wiring
 from tramnet_protocol.topology import shape_named
 
+_PIDS = itertools.count(1000)
 
-def request(pid: int = 7) -> JoinRequest:
+
+def request(pid: int | None = None) -> JoinRequest:
+    pid = next(_PIDS) if pid is None else pid
     return JoinRequest(1, "0.1.0", "f" * 64, "host", pid, "supervisor")
 
 
@@ -32,7 +38,7 @@ def test_a_worker_is_wired_in_by_its_token_not_while_it_still_compiles(membershi
 
     membership.appeared(2, 0.5)
 
-    assert membership.wiring.edges == ((0, 2),)
+    assert membership.rewire().edges == ((0, 2),)
     assert membership.wiring.incarnations == {0: 99, 2: 2}
 
 
@@ -47,15 +53,15 @@ def test_a_seat_is_free_again_only_when_its_token_is_gone(membership):
     assert successor.tram == Tram(1, 2)
 
 
-def test_each_change_is_a_new_epoch(membership):
-    epochs = [membership.wiring.epoch]
+def test_each_wiring_is_a_new_epoch(membership):
     membership.admit(request(), 0.0)
     membership.appeared(1, 0.5)
-    epochs.append(membership.wiring.epoch)
+    first = membership.rewire()
     membership.vanished(1)
-    epochs.append(membership.wiring.epoch)
 
-    assert epochs == [0, 1, 2]
+    assert first == Wiring(1, "star", {0: 99, 1: 1}, ((0, 1),))
+    assert membership.rewire() == Wiring(2, "star", {0: 99}, ())
+    assert membership.wiring.epoch == 2
 
 
 def test_a_worker_without_heartbeat_is_silent(membership):
@@ -73,7 +79,7 @@ def test_a_silent_worker_is_wired_out_and_keeps_its_seat_until_its_token_is_gone
     membership.appeared(1, 0.5)
 
     assert membership.expel(member.tram) is member
-    assert membership.wiring.incarnations == {0: 99}
+    assert membership.rewire().incarnations == {0: 99}
     assert membership.live == []
     assert membership.expel(member.tram) is None
     assert membership.admit(request(), 1.0).tram.seat == 2
@@ -140,3 +146,31 @@ def test_a_process_that_comes_back_is_not_fresh(membership):
         lost = membership.vanished(1)
         assert lost is not None
         assert lost.fresh is (lost.tram.incarnation < 3)
+
+
+def test_a_wiring_never_has_more_links_than_a_message_tells_of():
+    membership = Membership(shape_named("torus"), root_incarnation=99)
+    while len(membership.members) + 1 < MAX_ITEMS // 2:
+        membership.appeared(membership.admit(request(), 0.0).tram.seat, 0.0)
+
+    with pytest.raises(BadTopology, match=r"found 4097 links of a torus .* use tree"):
+        membership.admit(request(), 0.0)
+
+
+def test_a_process_that_did_not_hear_the_answer_is_given_the_same_again(membership):
+    first, again = membership.admit(request(7), 0.0), membership.admit(request(7), 1.0)
+    membership.appeared(1, 2.0)
+    another_life = membership.admit(request(7), 3.0)
+
+    assert again is first
+    assert another_life.tram == Tram(2, 2)
+
+
+def test_whoever_only_asks_cannot_take_all_seats(membership):
+    for _ in range(MOST_EXPECTED):
+        membership.admit(request(), 0.0)
+
+    with pytest.raises(BadTopology, match="ask again later"):
+        membership.admit(request(), 0.0)
+    membership.appeared(1, 0.0)
+    assert membership.admit(request(), 0.0).tram.seat == MOST_EXPECTED + 1

@@ -13,7 +13,9 @@ from tramnet_protocol.messages import ControlReply
 @pytest.fixture
 def channel():
     network = LoopbackNetwork()
-    status = ControlReply("all is well", {"observers": ["unixsock-stream", "ws"]})
+    status = ControlReply(
+        "all is well", {"observers": ["unixsock-stream//run/o", "ws/192.0.2.1:7448"]}
+    )
     network.open("root").serve(
         Keys("test").control, lambda query: query.reply(encode(Header(), status))
     )
@@ -24,18 +26,15 @@ def attached(channel, place):
     return Observation(LiveNetwork("test", place, place, pid=0, folder=""), channel)
 
 
-@pytest.mark.parametrize("place", ["unixsock-stream//run/o", "ws/192.0.2.1:7448"])
-def test_who_attaches_where_observers_do_is_told_nothing(channel, place, capsys):
-    attached(channel, place).first_status()
+@pytest.mark.parametrize(
+    ("place", "in_the_way"),
+    [
+        ("unixsock-stream//run/o", False),
+        ("ws/192.0.2.1:7448", False),
+        ("tcp/192.0.2.1:7447", True),
+    ],
+)
+def test_only_who_attaches_where_workers_do_is_in_the_way(channel, place, in_the_way):
+    observation = attached(channel, place)
 
-    assert capsys.readouterr().err == ""
-
-
-def test_who_attaches_where_workers_do_is_warned_once(channel, capsys):
-    observation = attached(channel, "tcp/192.0.2.1:7447")
-    observation.first_status()
-    observation.first_status()
-
-    said = capsys.readouterr().err
-    assert said.count("tcp/192.0.2.1:7447 is where workers connect") == 1
-    assert "--observe" in said
+    assert observation.in_the_way(observation.first_status()) is in_the_way

@@ -3,7 +3,8 @@ from pathlib import Path
 import pytest
 
 from tramnet_master.errors import InvalidFile
-from tramnet_master.point_files import LARGEST_FILE, read_points
+from tramnet_master.point_files import read_points
+from tramnet_master.user_csv import LARGEST_FILE
 
 POINTS = [(1.0, 2.5, -3.0), (4.0, 5.0, 6e-3)]
 

@@ -20,6 +20,7 @@ from tramnet_master.farm.events import (
 )
 from tramnet_master.farm.ways import ways
 from tramnet_protocol.messages import Kind, WorkId
+from tramnet_protocol.routes import KEPT
 from tramnet_protocol.topology import rewire, shape_named
 
 FIRST, SECOND, THIRD, FOURTH = (Tram(seat, 1) for seat in (1, 2, 3, 4))
@@ -174,3 +175,32 @@ def test_a_silent_worker_of_a_star_is_stalled_itself(busy_farm):
     out = busy_farm.tell(Tick(frozenset({sent.tram})))
 
     assert Replace(sent.tram, Cause.STALLED, sent.work) in out
+
+
+def test_of_those_lost_together_none_is_given_the_work_of_another(make_farm):
+    farm = make_farm(workers=8)
+    farm.teach(Kind.EVALUATE, 1.0, workers=8)
+    held = [i.work for i in farm.submit(WorkId(Kind.EVALUATE, 0, 0, 0, 4)) if isinstance(i, Send)]
+    first, *others = [i.tram for i in farm.told[-4:]]
+    idle = {Tram(seat, 1) for seat in range(1, 9)} - {first, *others}
+    also_lost = idle.pop()
+
+    out = farm.tell(WorkerLost(first, (*others, also_lost)))
+
+    assert {i.work: i.tram in idle for i in out if isinstance(i, Send)} == dict.fromkeys(
+        held[:3], True
+    )
+
+
+def test_work_that_has_seen_many_wirings_may_have_gone_any_way(farm):
+    held = holders(farm)
+    for _ in range(KEPT):
+        farm.tell(line(FIRST, SECOND, THIRD, FOURTH))
+
+    farm.tell(line(FIRST, SECOND, THIRD))
+    out = farm.tell(WorkerLost(FOURTH))
+
+    assert {i for i in out if isinstance(i, Repeat)} == {
+        Repeat(SECOND, held[SECOND]),
+        Repeat(THIRD, held[THIRD]),
+    }

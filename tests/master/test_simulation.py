@@ -9,6 +9,7 @@ from tramnet_master.errors import InvalidOption
 from tramnet_master.experiments.own_problem import OwnProblemOptions, prepare
 from tramnet_master.simulation.farm import SECOND, VirtualFarm
 from tramnet_master.simulation.machines import T805, carried_over, machine
+from tramnet_master.simulation.measuring import measure
 from tramnet_master.simulation.prediction import (
     lay,
     master_slave_optimum,
@@ -16,7 +17,7 @@ from tramnet_master.simulation.prediction import (
     usual_counts,
 )
 from tramnet_master.simulation.routes import round_trips
-from tramnet_master.simulation.workload import Workload, measure
+from tramnet_master.simulation.workload import Grain, Workload
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.modelled import HEADER_BYTES
@@ -34,6 +35,9 @@ workloads = st.builds(
     genome_bytes=st.integers(1, 2000),
     evaluation=st.sampled_from([1e-6, 2e-5, 1e-3, 0.03, 2.0]),
     breeding=st.sampled_from([0.0, 0.01]),
+    grain=st.sampled_from(Grain),
+    work_bytes=st.integers(0, 500),
+    run=st.integers(1, 4),
 )
 
 
@@ -44,14 +48,16 @@ def test_every_individual_is_computed_once_and_travels_its_way(workload, topolog
 
     *_, last = VirtualFarm(workload, TWENTY, ways).run(3)
 
-    assert last.computing == 3 * workload.population * round(workload.evaluation * SECOND)
+    points = workload.run if workload.grain is Grain.PATHS else 1
+    slots = 3 * workload.population * points
+    assert last.computing == slots * round(workload.evaluation * SECOND)
     near = [way for way in last.traffic if 0 in way]
     down = sum(last.traffic[way].bytes for way in near if way[0] == 0)
     up = sum(last.traffic[way].bytes for way in near if way[1] == 0)
     frames = sum(last.traffic[way].frames for way in near if way[0] == 0)
     assert frames == sum(last.traffic[way].frames for way in near if way[1] == 0)
-    assert down == frames * HEADER_BYTES + 3 * workload.population * workload.genome_bytes
-    assert up == frames * HEADER_BYTES + 3 * workload.population * 8
+    assert down == frames * (HEADER_BYTES + workload.work_bytes) + slots * workload.genome_bytes
+    assert up == frames * HEADER_BYTES + slots * 8
 
 
 @settings(max_examples=40)
@@ -160,6 +166,36 @@ def test_an_experiment_is_measured_in_its_own_numbers():
     assert (measured.genome_bytes, measured.genes) == (24, 3)
     assert 0.001 <= measured.evaluation < 0.01
     assert 0.0 < measured.breeding < 0.1
+
+
+def test_populations_are_shared_out_and_paths_are_not():
+    populations = Workload("p", 7, 10, 0, 0.01, grain=Grain.POPULATIONS)
+    paths = Workload("q", 7, 100, 0, 0.01, grain=Grain.PATHS, run=20)
+
+    shares = [work.size for work in populations.works(1, 3)]
+    assert sorted(shares) == [2, 2, 3]
+    assert len(populations.works(1, 20)) == 7
+    assert [work.size for work in paths.works(1, 3)] == [20] * 7
+    assert paths.rounds == 5
+
+
+@pytest.mark.parametrize(
+    ("words", "grain", "population", "generations"),
+    [
+        (["crank"], Grain.POPULATIONS, 4, 100),
+        (["redundant8", "--subpopulations", "3", "--population", "60"], Grain.PATHS, 3, 1000),
+    ],
+)
+def test_every_job_can_be_simulated(words, grain, population, generations, tmp_path):
+    folder = tmp_path / "prediction"
+
+    assert run(["simulate", *words, "--workers", "1,2", "--out", str(folder)]) == 0
+
+    found = json.loads((folder / "prediction.json").read_text())
+    assert found["workload"]["grain"] == grain.value
+    assert found["workload"]["population"] == population
+    assert found["workload"]["generations"] >= generations
+    assert found["points"][1]["speed_up"] > 1.2
 
 
 def test_a_transputer_takes_thousands_of_times_as_long_as_this_core():

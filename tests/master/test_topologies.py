@@ -1,3 +1,4 @@
+import dataclasses
 import math
 import re
 
@@ -5,6 +6,7 @@ import pytest
 
 from tramnet_master.cli import run
 from tramnet_master.errors import InvalidFile
+from tramnet_master.experiments.runner import RunOptions, read_options
 from tramnet_master.layout import around_the_root, circle, lattice
 from tramnet_master.sketch import sketch
 from tramnet_master.topologies import find_shape
@@ -96,3 +98,13 @@ def test_the_command_prints_what_a_shape_costs_and_draws_it(tmp_path, capsys):
 def test_a_cube_that_is_too_large_is_refused(capsys):
     assert run(["topology", "hypercube", "--workers", "16"]) == 2
     assert "use torus" in capsys.readouterr().err
+
+
+def test_a_run_is_gone_on_with_by_the_links_it_began_with(links_file, tmp_path):
+    topology = links_file("links = [[0, 1], [1, 2]]")
+    farm = {**dataclasses.asdict(RunOptions(topology=topology)), "links": [[0, 2], [2, 1]]}
+
+    options = read_options(tmp_path / "run.toml", {"farm": farm}, workers=None)
+
+    assert options.shape().name == "own.toml"
+    assert options.shape().connect([0, 1, 2]).edges == ((0, 2), (1, 2))

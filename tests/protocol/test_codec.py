@@ -83,6 +83,7 @@ STRATEGIES = {
         min_size=kind.min_length or 0, max_size=min(kind.max_length or 20, 20)
     ),
     inspect.EnumType: lambda kind: st.sampled_from(kind.cls),
+    inspect.LiteralType: lambda kind: st.sampled_from(kind.values),
     inspect.NoneType: lambda _: st.none(),
     inspect.BoolType: lambda _: st.booleans(),
     inspect.CustomType: lambda _: plain,
@@ -164,7 +165,7 @@ EXAMPLES = [
     Event("generation", 1.5, {"number": 7, "objective": 0.431}),
     WIRING,
     JoinRequest(2, "0.1.0", "ab" * 32, "a", 4242, "run"),
-    JoinReply(77, 1, 4, 9, SETUP, WIRING),
+    JoinReply(77, 1, 4, 9, SETUP, WIRING, 20),
     Refusal("found version 2, expected 1", True),
     ControlRequest("scale", 6),
     ControlReply("6 workers", {"workers": 6}),

@@ -28,11 +28,20 @@ def test_the_keys_are_those_of_the_specification():
 
     assert keys.link(0, 12) == "tramnet/v1/lab/link/0/12"
     assert keys.join == "tramnet/v1/lab/join"
+    assert keys.join_as("lab-2.example") == "tramnet/v1/lab/join/lab-2.example"
     assert keys.wiring(3) == "tramnet/v1/lab/wiring/3"
     assert keys.control == "tramnet/v1/lab/control"
     assert keys.alive(0) == "tramnet/v1/lab/alive/0"
     assert keys.stats(7) == "tramnet/v1/lab/stats/7"
     assert keys.events == "tramnet/v1/lab/events"
+
+
+def test_the_name_under_which_a_worker_asks_is_in_the_key():
+    keys = Keys("lab")
+
+    assert keys.asker(keys.join_as("lab-2")) == "lab-2"
+    assert keys.asker(keys.join) is None
+    assert keys.asker(keys.control) is None
 
 
 @pytest.mark.parametrize(

@@ -99,3 +99,24 @@ def test_no_frame_goes_round_for_ever_whatever_each_node_knows(history, data):
         at, epoch = step
 
     raise AssertionError("the frame is still under way")
+
+
+def test_a_frame_comes_on_the_link_of_a_neighbour_and_its_own_on_its_own():
+    star, line = Routes(0, wiring(1, "star")), Routes(1, LINE)
+
+    assert star.admits(2, 2)
+    assert not star.admits(2, 1)
+    assert not star.admits(7, 7)
+    assert line.admits(2, 2)
+    assert line.admits(2, 3)
+    assert not line.admits(2, 0)
+    assert not line.admits(3, 3)
+
+
+def test_a_frame_may_come_by_a_wiring_of_before():
+    routes = Routes(1, LINE)
+    routes.adopt(SHORT)
+
+    assert routes.admits(2, 3)
+    assert routes.admits(3, 3)
+    assert not routes.admits(4, 4)

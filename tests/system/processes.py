@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from tramnet_master.errors import NoNetwork
 from tramnet_protocol.errors import ProtocolError
 from tramnet_protocol.messages import ControlRequest
 
-PATIENCE = 240.0
+PATIENCE = 120.0
 """Longest wait for a condition, on a machine that does much else [s]."""
 
 
@@ -97,30 +98,38 @@ class Run:
 
 
 @pytest.fixture
-def start(tmp_path, monkeypatch) -> Iterator[Callable[..., Run]]:
+def start(tmp_path) -> Iterator[Callable[..., Run]]:
     """Starts ``tramnet`` commands; ends them, and checks that nothing of them is left."""
-    (tmp_path / "runtime").mkdir(mode=0o700)
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
+    with starting(tmp_path) as begin:
+        yield begin
+
+
+@contextmanager
+def starting(folder: Path) -> Iterator[Callable[..., Run]]:
+    """Start commands in a runtime folder of their own, and end them with the block."""
+    (folder / "runtime").mkdir(mode=0o700)
     runs: list[Run] = []
     pids: list[int] = []
 
     def begin(*arguments: object, out: str = "run", within: Sequence[str] = ()) -> Run:
         words = [str(word) for word in arguments]
         if words[0] == "run":
-            words += ["--out", str(tmp_path / out), "--no-pictures", "--progress", "quiet"]
-        runs.append(Run(tmp_path / out, words, within))
+            words += ["--out", str(folder / out), "--no-pictures", "--progress", "quiet"]
+        runs.append(Run(folder / out, words, within))
         pids.append(runs[-1].pid)
         return runs[-1]
 
-    yield begin
-    for run in runs:
-        pids += descendants(run.pid)
-    for run in runs:
-        if not run.ended:
-            run.process.send_signal(signal.SIGCONT)
-            run.process.kill()
-        run.process.communicate()
-    wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_RUNTIME_DIR", str(folder / "runtime"))
+        yield begin
+        for run in runs:
+            pids += descendants(run.pid)
+        for run in runs:
+            if not run.ended:
+                run.process.send_signal(signal.SIGCONT)
+                run.process.kill()
+            run.process.communicate()
+        wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
 
 
 def descendants(pid: int) -> list[int]:

@@ -12,11 +12,10 @@ SPATIAL = (*RUN, "--variant", "spatial", "--generations", 200)
 
 
 def test_one_two_four_and_seven_workers_design_the_same_arm(start):
-    runs = [
-        start(*RUN, "--generations", 30, "--workers", workers, out=f"w{workers}")
-        for workers in (1, 2, 4, 7)
-    ]
-    results = [run.result() for run in runs]
+    runs, results = [], []
+    for workers in (1, 2, 4, 7):
+        runs.append(start(*RUN, "--generations", 30, "--workers", workers, out=f"w{workers}"))
+        results.append(runs[-1].result())
     designs = {(run.folder / "design.json").read_text() for run in runs}
 
     assert len({result["final_population_sha256"] for result in results}) == 1
@@ -25,8 +24,8 @@ def test_one_two_four_and_seven_workers_design_the_same_arm(start):
 
 
 def test_populations_of_a_killed_worker_move_and_nothing_else_changes(start):
-    undisturbed = start(*SPATIAL, "--population", 3000, "--workers", 2, out="undisturbed").result()
-    run = start(*SPATIAL, "--population", 3000, "--workers", 2)
+    undisturbed = start(*SPATIAL, "--population", 1500, "--workers", 2, out="undisturbed").result()
+    run = start(*SPATIAL, "--population", 1500, "--workers", 2)
     run.wait_for_generation(25)
     victim = run.workers()[0]
 
@@ -52,7 +51,7 @@ def test_a_worker_sends_one_message_a_generation_and_a_snapshot_every_ten(start)
 
 
 def test_a_killed_root_goes_on_with_the_same_populations(start):
-    words = (*SPATIAL, "--population", 3000, "--workers", 2, "--checkpoint-seconds", 0)
+    words = (*SPATIAL, "--population", 1500, "--workers", 2, "--checkpoint-seconds", 0)
     undisturbed = start(*words, out="undisturbed").result()
     run = start(*words)
     run.wait_for_generation(25)

@@ -11,7 +11,7 @@ from undisturbed import SPHERE, assert_undisturbed
 pytestmark = pytest.mark.system
 
 GENERATIONS = 25
-SLOW = (*SPHERE, "--set", "delay=0.004", "--generations", GENERATIONS)
+SLOW = (*SPHERE, "--set", "delay=0.01", "--generations", GENERATIONS)
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3, 5])
@@ -33,8 +33,8 @@ def test_a_killed_worker_is_replaced_and_nothing_is_lost(start):
     assert assert_undisturbed(run)["lost_workers"] >= 1
 
 
-def test_workers_that_join_in_mid_run_share_the_work(start):
-    run = start(*SLOW, "--workers", 1)
+def test_workers_that_join_a_tree_in_mid_run_share_the_work(start):
+    run = start(*SLOW, "--workers", 1, "--topology", "tree")
     run.wait_for_generation(1)
 
     assert start("scale", 3).finish() == 0
@@ -101,10 +101,11 @@ def test_what_nobody_can_run_is_refused_in_words(start):
 
 
 @pytest.mark.parametrize("method", ["wang-zalzala", "smooth"])
-def test_the_main_job_comes_out_the_same_for_one_worker_and_for_three(start, method):
+def test_the_main_job_comes_out_the_same_for_one_worker_and_for_three_in_a_line(start, method):
     words = ("run", "puma560", "--method", method, "--population", 60, "--generations", 30)
     one, three = (
-        start(*words, "--workers", workers, out=f"w{workers}").result() for workers in (1, 3)
+        start(*words, "--workers", workers, "--topology", topology, out=topology).result()
+        for workers, topology in ((1, "star"), (3, "pipeline"))
     )
 
     assert one["final_population_sha256"] == three["final_population_sha256"]

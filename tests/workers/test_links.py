@@ -61,9 +61,8 @@ class Net:
         self.wiring = rewire(shape_named("pipeline"), lives, self.wiring.epoch + 1)
         self.root.rewire(self.wiring)
 
-    def settle(self):
-        """Let every router pass on what it has; nothing more is sent after."""
-        for links in (*self.links.values(), *reversed(self.links.values())):
+    def close(self):
+        for links in self.links.values():
             links.close()
 
 
@@ -71,10 +70,11 @@ class Net:
 def net():
     net = Net(4)
     yield net
-    net.settle()
+    net.close()
 
 
 def close_in_order(net, *seats):
+    """Let each of these routers pass on what it has, one after the other."""
     for seat in seats:
         net.links.pop(seat).close()
 

@@ -21,6 +21,7 @@ from tramnet_workers.node.states import (
     REMEMBERED,
     Announce,
     Answer,
+    AnswerAgain,
     Build,
     BuildFailed,
     Built,
@@ -230,7 +231,7 @@ def evolved(step):
 def test_a_chunk_that_comes_again_after_its_answer_is_answered_again_not_computed(worker):
     tell(worker, WorkReceived(ME, work(0)), Finished(ME, outcome(0)))
 
-    assert tell(worker, WorkReceived(ME, work(0))) == [Answer(ME, outcome(0))]
+    assert tell(worker, WorkReceived(ME, work(0))) == [AnswerAgain(Answer(ME, outcome(0)))]
     assert worker.held == []
 
 
@@ -240,7 +241,8 @@ def test_a_snapshot_belongs_to_its_answer_also_when_that_is_sent_again(worker):
 
     out = tell(worker, WorkReceived(ME, EVOLVED), finished, WorkReceived(ME, EVOLVED))
 
-    assert out[1:] == [Answer(ME, evolved(3), snapshot)] * 2
+    answer = Answer(ME, evolved(3), snapshot)
+    assert out[1:] == [answer, AnswerAgain(answer)]
 
 
 def test_a_chunk_that_brings_its_state_is_computed_again(worker):

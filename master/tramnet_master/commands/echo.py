@@ -6,12 +6,13 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from tramnet_master.commands.watching import watching
 from tramnet_master.console import people, write
 from tramnet_master.errors import InvalidOption, NothingHeard
-from tramnet_master.options import Attach, Network
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.echo import Echo, Wanted, full_pattern
 from tramnet_master.traffic.intake import Intake
-from tramnet_master.traffic.observing import Observation, observe
+from tramnet_master.traffic.observing import Observation
 from tramnet_master.traffic.status import read_status
 from tramnet_master.traffic.words import json_line, shortened
 from tramnet_protocol.codec import MESSAGES
@@ -50,6 +51,7 @@ def echo(
     key: Key = "**",
     connect: Attach = None,
     network: Network = None,
+    tls: Tls = None,
     tag: Tags = None,
     tram: Trams = None,
     count: Count = 0,
@@ -63,14 +65,11 @@ def echo(
     """
     began = time.monotonic()
     wanted = Wanted(frozenset(_known_tags(tag or [])), frozenset(tram or []))
-    with observe(connect, network) as observation:
+    with watching(connect, network, tls) as (observation, said):
         intake = Intake()
         observation.channel.subscribe(full_pattern(observation.live.network, key), intake.put)
-        run = read_status(observation.first_status()).run
-        echoes = Echo(wanted, run, shortened(elements))
+        echoes = Echo(wanted, read_status(said).run, shortened(elements))
         shown = _Printer(observation, intake, echoes).print_until(count, timeout)
-    if observation.ended:
-        people.print(f"network {observation.live.network} has ended")
     missed = echoes.missed + intake.dropped
     if missed:
         people.print(f"{missed} frames passed unseen: an observer never holds the network up")

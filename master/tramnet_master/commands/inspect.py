@@ -11,13 +11,14 @@ import typer
 from rich.console import Console
 from rich.live import Live
 
-from tramnet_master.console import people, write
+from tramnet_master.commands.watching import watching
+from tramnet_master.console import write
 from tramnet_master.errors import InvalidOption
-from tramnet_master.options import Attach, Network
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.controls import View, press
 from tramnet_master.traffic.inspector import Inspector
 from tramnet_master.traffic.keyboard import open_keyboard
-from tramnet_master.traffic.observing import Observation, StatusPoll, observe
+from tramnet_master.traffic.observing import Observation, StatusPoll
 from tramnet_master.traffic.picture import write_picture
 from tramnet_master.traffic.rows import TABLES
 from tramnet_master.traffic.selection import Selection, parse_filter, parse_sort
@@ -28,10 +29,10 @@ from tramnet_master.traffic.words import json_line
 from tramnet_protocol.errors import NoAnswer
 from tramnet_protocol.messages import ROOT
 
-HEARTBEATS = 2.6
-"""Time in which every TRAM sends two heartbeats [s]."""
+HEARTBEATS = 3.5
+"""Longest wait for two heartbeats of every TRAM, which come once a second [s]."""
 
-REFRESH = 0.5
+REFRESH = 1.0
 """Longest time between two pictures of the live view [s]."""
 
 PERIOD = 1.0
@@ -138,6 +139,7 @@ Filter: TypeAlias = Annotated[
 def inspect(
     connect: Attach = None,
     network: Network = None,
+    tls: Tls = None,
     once: Once = False,
     json: Json = False,
     csv: Csv = False,
@@ -158,7 +160,7 @@ def inspect(
     selection = Selection(parse_filter(filter), parse_sort(sort), reverse)
     tables = _tables(show, csv, sniff)
     view = View(tables, selection, filter, _choices(tables, sniff))
-    with observe(connect, network) as observation:
+    with watching(connect, network, tls) as (observation, said):
         watch = Watch(observation, Inspector(), Sniffer() if sniff else None)
         watch.begin()
         if json or csv:
@@ -168,9 +170,7 @@ def inspect(
         elif once or not (live := Console(highlight=False)).is_terminal or live.is_dumb_terminal:
             _print(watch, not once, _people_text(view, width))
         else:
-            _live(watch, view, live)
-        if observation.ended:
-            people.print(f"network {observation.live.network} has ended")
+            _live(watch, view, live, said)
 
 
 @dataclass
@@ -249,10 +249,10 @@ def _people_text(view: View, width: int | None) -> Callable[[Snapshot, bool], st
     return text
 
 
-def _live(watch: Watch, view: View, console: Console) -> None:
+def _live(watch: Watch, view: View, console: Console, said: dict[str, object]) -> None:
     observation = watch.observation
     with contextlib.ExitStack() as stack:
-        poll = stack.enter_context(StatusPoll(observation, observation.first_status()))
+        poll = stack.enter_context(StatusPoll(observation, said))
         keyboard = stack.enter_context(open_keyboard(observation.stopped))
         screen = stack.enter_context(
             Live(console=console, screen=True, auto_refresh=False, redirect_stderr=False)

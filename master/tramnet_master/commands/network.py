@@ -1,9 +1,11 @@
 """Commands that join, steer or question a running network."""
 
+import functools
 import os
 import signal
 import socket
 import threading
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -12,11 +14,12 @@ from tramnet_master.console import people, programs
 from tramnet_master.control import ask, locate
 from tramnet_master.errors import RunFailed
 from tramnet_master.keeping import keeping
-from tramnet_master.options import Attach, Connect, Network, WorkerMemory
+from tramnet_master.options import Attach, Connect, Network, Tls, WorkerMemory
 from tramnet_protocol.codec import decode
 from tramnet_protocol.errors import CannotConnect, MalformedFrame
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ControlRequest, Event
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import ZenohChannel, open_worker
 from tramnet_workers.node.supervisor import GAVE_UP, Ended, Supervisor
 
@@ -42,13 +45,17 @@ def worker(
     count: Count = 1,
     patience: Patience = 600.0,
     worker_memory: WorkerMemory = 0,
+    tls: Tls = None,
 ) -> None:
     """Join worker processes to a network, before or during a run; Ctrl-C ends them."""
     live = locate(connect, network)
+    credentials = Credentials.load(tls) if tls else None
     name = f"{socket.gethostname()}-{os.getpid()}"
     arguments = ["--connect", live.endpoint, "--network", live.network]
     arguments += ["--supervisor", name, "--patience", str(patience)]
     arguments += ["--memory", str(worker_memory)]
+    if tls:
+        arguments += ["--tls", str(tls)]
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: stopped.set())
@@ -65,7 +72,8 @@ def worker(
         keeping(count) as folder,
         Supervisor([*arguments, "--pulse", str(folder)], count, notice) as supervisor,
     ):
-        _watch(live.endpoint, Keys(live.network), name, supervisor, stopped)
+        connect_again = functools.partial(open_worker, live.endpoint, credentials)
+        _watch(connect_again, Keys(live.network), name, supervisor, stopped)
     if gave_up:
         raise RunFailed(f"{len(gave_up)} worker(s) gave up; they say above why")
 
@@ -74,20 +82,25 @@ def scale(
     workers: Annotated[int, typer.Argument(min=0, max=4094, help="Local workers to keep.")],
     connect: Attach = None,
     network: Network = None,
+    tls: Tls = None,
 ) -> None:
     """Grow or shrink the local workers of a running network."""
-    reply = ask(locate(connect, network), ControlRequest("scale", workers))
+    reply = ask(locate(connect, network), ControlRequest("scale", workers), tls)
     programs.print(reply.text)
 
 
-def stop(connect: Attach = None, network: Network = None) -> None:
+def stop(connect: Attach = None, network: Network = None, tls: Tls = None) -> None:
     """Stop a running network after it has written a checkpoint."""
-    reply = ask(locate(connect, network), ControlRequest("stop"))
+    reply = ask(locate(connect, network), ControlRequest("stop"), tls)
     programs.print(reply.text)
 
 
 def _watch(
-    endpoint: str, keys: Keys, name: str, supervisor: Supervisor, stopped: threading.Event
+    connect: Callable[[], ZenohChannel],
+    keys: Keys,
+    name: str,
+    supervisor: Supervisor,
+    stopped: threading.Event,
 ) -> None:
     """Replace processes whenever the root asks for it, until all have ended or we are told to."""
 
@@ -106,7 +119,7 @@ def _watch(
         while not stopped.is_set() and not supervisor.finished.is_set():
             if channel is None:
                 try:
-                    channel = open_worker(endpoint)
+                    channel = connect()
                     channel.subscribe(keys.events, take)
                 except CannotConnect:
                     pass  # the root is not there yet

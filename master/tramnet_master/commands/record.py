@@ -11,13 +11,14 @@ from typing import IO, Annotated, TypeAlias
 
 import typer
 
+from tramnet_master.commands.watching import watching
 from tramnet_master.console import people
 from tramnet_master.errors import OccupiedFile
 from tramnet_master.files import writing
-from tramnet_master.options import Attach, Network
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.echo import full_pattern
 from tramnet_master.traffic.intake import Intake
-from tramnet_master.traffic.observing import Observation, observe
+from tramnet_master.traffic.observing import Observation
 from tramnet_master.traffic.recorder import Recorder
 from tramnet_master.traffic.status import read_status
 from tramnet_master.traffic.words import complete, summarised
@@ -61,6 +62,7 @@ def record(
     out: Out,
     connect: Attach = None,
     network: Network = None,
+    tls: Tls = None,
     key: Key = "**",
     count: Count = 0,
     timeout: Timeout = 0.0,
@@ -75,10 +77,10 @@ def record(
     """
     if out.exists() and not overwrite:
         raise OccupiedFile(out)
-    with observe(connect, network) as observation:
+    with watching(connect, network, tls) as (observation, said):
         intake = Intake()
         observation.channel.subscribe(full_pattern(observation.live.network, key), intake.put)
-        about = _about(observation, arrays)
+        about = _about(said, arrays)
         words = complete if arrays is Arrays.BASE64 else summarised
         with writing(out), _create(out, overwrite) as file:
             recorder = Recorder(file, about, words)
@@ -87,8 +89,6 @@ def record(
                 _Recording(observation, intake, recorder).go_on(count, timeout)
             finally:
                 recorder.finish()
-    if observation.ended:
-        people.print(f"network {observation.live.network} has ended")
     people.print(
         f"{recorder.frames:,} frames, {recorder.missed + recorder.dropped:,} missed, "
         f"{out.stat().st_size / 1e6:,.1f} MB in {out}"
@@ -122,8 +122,8 @@ class _Recording:
         return bool(count) and self.recorder.frames >= count
 
 
-def _about(observation: Observation, arrays: Arrays) -> Mapping[str, str]:
-    status = read_status(observation.first_status())
+def _about(said: dict[str, object], arrays: Arrays) -> Mapping[str, str]:
+    status = read_status(said)
     return {
         "network": status.network,
         "title": status.title,

@@ -22,13 +22,14 @@ from tramnet_master.files import write_atomically
 from tramnet_master.options import Topology
 from tramnet_master.run_folder import default_folder
 from tramnet_master.simulation.machines import T805, carried_over, machine
+from tramnet_master.simulation.measuring import measure
 from tramnet_master.simulation.prediction import (
     MOST_WORKERS,
     Prediction,
     predict,
     usual_counts,
 )
-from tramnet_master.simulation.workload import Workload, measure
+from tramnet_master.simulation.workload import Workload
 from tramnet_master.topologies import find_shape
 from tramnet_master.wording import time_span
 
@@ -175,8 +176,8 @@ def _workload(experiment: Experiment, how: How) -> Workload:
     if how.breeding_us is not None:
         there = msgspec.structs.replace(there, breeding=how.breeding_us / 1e6)
     people.print(
-        f"measured here: {time_span(here.evaluation)} an evaluation, {time_span(here.breeding)} between "
-        f"generations; on {how.node}: {time_span(there.evaluation)} and {time_span(there.breeding)}"
+        f"measured here: {time_span(here.evaluation)} each, {time_span(here.breeding)} between rounds; "
+        f"on {how.node}: {time_span(there.evaluation)} and {time_span(there.breeding)}"
     )
     return there
 
@@ -224,8 +225,7 @@ def _table(prediction: Prediction) -> Table:
     workload = prediction.workload
     table = Table(
         title=f"{workload.name} on {prediction.machine}, {prediction.topology}: "
-        f"{workload.population} individuals of {time_span(workload.evaluation)}, "
-        f"{workload.generations} generations, {time_span(workload.breeding)} between them",
+        f"{workload.description}, {time_span(workload.breeding)} between rounds",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
@@ -251,5 +251,5 @@ def _verdict(prediction: Prediction) -> Text:
     return Text(
         f"best of these: {best.workers} workers, {time_span(best.seconds)}; master-slave optimum "
         f"√(n·Tf/Tc) = {prediction.optimum:.0f} TRAMs, with Tc = {time_span(prediction.message_seconds)} "
-        "for a chromosome out and its objective back"
+        "for the messages there and back"
     )

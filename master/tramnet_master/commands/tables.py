@@ -47,3 +47,25 @@ def redundant8() -> None:
     found = measure_methods(TrackingTask.of_paper(), lambda name: people.print(f"measuring {name}"))
     for part in (time_table(found), quality_table(found), reading(found)):
         people.print(part)
+
+
+@app.command()
+def crank(
+    seeds: Annotated[
+        int, typer.Option(min=1, max=1000, help="Seeds 1, 2, ... for few points.")
+    ] = 2,
+    most_points: Annotated[int, typer.Option(min=4, help="Largest number of task points.")] = 32,
+) -> None:
+    """Methods for Kim & Khosla's (1992) crank at equal evaluations, for more and more task points."""
+    from tramnet_master.design_methods import (  # noqa: PLC0415  slow to import
+        BUDGET,
+        POINTS,
+        measure_methods,
+    )
+    from tramnet_master.reports.method_table import method_table  # noqa: PLC0415
+
+    points = [t for t in POINTS if t <= most_points]
+    found = measure_methods(
+        points, range(1, seeds + 1), lambda name: people.print(f"measuring {name}")
+    )
+    people.print(method_table(found, BUDGET))

@@ -13,7 +13,13 @@ from tramnet_master.simulation.machines import T805, machine
 from tramnet_master.topologies import find_shape
 from tramnet_master.traffic.books import LinkBooks
 from tramnet_protocol.edge_list import edge_list_shape
+from tramnet_protocol.links import LinkTiming
+from tramnet_protocol.messages import Pace
+from tramnet_protocol.settings import PRIVATE
 from tramnet_protocol.topology import Shape
+
+ANYWHERE_HERE = "tcp/127.0.0.1:0"
+"""A free port that only this machine reaches."""
 
 NO_NODE = "none"
 """Stands for a node where no link books are to be kept."""
@@ -28,7 +34,7 @@ class RunOptions:
         topology: Shape of the network, or a file of links.
         network: Name of the network, or None for any free one.
         listen: Endpoint at which workers connect.
-        observe: Endpoint at which observers of other machines attach, or None for none.
+        observers: Endpoint at which observers of other machines attach, or None for none.
         first_deadline: Time an individual may take before its cost is known [s].
         on_failure: ``penalise``, ``retry`` or ``stop``.
         allow_mixed: Whether workers of another arithmetic are let in.
@@ -38,13 +44,15 @@ class RunOptions:
         worker_memory: Memory a local worker may have [MiB], or 0 for any.
         node: Whose machine the link books are kept for, or ``none`` for no books.
         mbaud: Speed of its links [Mbaud].
+        pace: Whether frames really take as long as on such links.
+        tls: Folder with the root's certificate, its key and its list of who may join, or None to let all in.
     """
 
     workers: int = 2
     topology: str = "star"
     network: str | None = None
-    listen: str = "tcp/127.0.0.1:0"
-    observe: str | None = None
+    listen: str = ANYWHERE_HERE
+    observers: str | None = None
     first_deadline: float = 60.0
     on_failure: str = "penalise"
     allow_mixed: bool = False
@@ -54,6 +62,15 @@ class RunOptions:
     worker_memory: int = 0
     node: str = T805
     mbaud: int = 20
+    pace: bool = False
+    tls: Path | None = None
+
+    @property
+    def endpoint(self) -> str:
+        """Where the root listens: where it was told, or on loopback, in private where it has a certificate."""
+        if self.tls and self.listen == ANYWHERE_HERE:
+            return ANYWHERE_HERE.replace("tcp", PRIVATE[0])
+        return self.listen
 
     def shape(self) -> Shape:
         """Return the shape of the network.
@@ -76,6 +93,37 @@ class RunOptions:
         if self.node != T805:
             raise InvalidOption("--node", repr(self.node), f"{T805} or {NO_NODE}")
         return LinkBooks(machine(self.node, self.mbaud))
+
+    def pace_of_links(self) -> Pace:
+        """Return the speed of the links whose pace frames shall have, 0 for their own [Mbaud].
+
+        Raises:
+            BadLink: No link of a transputer has that speed.
+        """
+        LinkTiming.of(self.mbaud)
+        pace: Pace = msgspec.convert(self.mbaud if self.pace else 0, Pace)
+        return pace
+
+    def check(self) -> None:
+        """Check all of it before anything is begun.
+
+        Raises:
+            InvalidOption: A word means nothing.
+            BadLink: No link of a transputer has that speed.
+            BadTopology: The shape is unknown or has no room for the local workers.
+            InvalidFile: The file of links cannot be used.
+        """
+        if self.tls and self.observers:
+            raise InvalidOption(
+                "--observers",
+                repr(self.observers),
+                "none beside --tls",
+                "from elsewhere, name the root's certificate: tramnet inspect --connect ... --tls FOLDER",
+            )
+        self.rules()
+        self.books()
+        self.pace_of_links()
+        self.shape().check_room(1 + self.workers)
 
     def rules(self) -> Rules:
         """Return the scheduler's rules.
@@ -125,7 +173,7 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
         raise InvalidFile(path, "farm", repr(farm), "the table that tramnet wrote")
     known = {name: value for name, value in farm.items() if name not in ("endpoint", "asked")}
     try:
-        options = msgspec.convert(known, OldOptions, strict=True)
+        options = msgspec.convert(known, OldOptions, strict=True, dec_hook=_path)
     except msgspec.ValidationError as error:
         raise InvalidFile(path, "farm", str(error), "the table that tramnet wrote") from error
     listen = options.listen
@@ -134,3 +182,10 @@ def read_options(path: Path, document: Mapping[str, object], workers: int | None
     return dataclasses.replace(
         options, listen=listen, workers=options.workers if workers is None else workers
     )
+
+
+def _path(kind: type, value: object) -> Path:
+    """Return what msgspec has no type of its own for."""
+    if kind is Path and isinstance(value, str):
+        return Path(value)
+    raise TypeError(f"found {value!r}, expected a path")

@@ -41,9 +41,11 @@ from tramnet_master.signals import ending, interrupting
 from tramnet_protocol.codec import encode_body
 from tramnet_protocol.errors import BadTopology, MalformedFrame, MessageTooLarge
 from tramnet_protocol.keys import Keys, check_network
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import ControlReply, ControlRequest, Evolve, Setup
+from tramnet_protocol.pacing import Pacer
 from tramnet_protocol.packing import unpack
-from tramnet_protocol.settings import protocol_of
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import ZenohChannel, open_root
 from tramnet_workers.kernels.fingerprint import kernel_fingerprint
 from tramnet_workers.node.evaluator import Evaluator
@@ -83,15 +85,17 @@ def run(
         Interrupted: Somebody asked it to stop.
         RunStopped: It cannot go on, and can be resumed once the cause is gone.
     """
-    shape = options.shape()
-    shape.check_room(1 + options.workers)
+    options.check()
     _check_that_it_travels(experiment.setup)
     with interrupting(), ExitStack() as stack:
         network, claim = stack.enter_context(_hold(options.network))
         runtime = networks.runtime_folder()
         own = f"unixsock-stream/{runtime / f'{network}.sock'}"
-        observers = [own, options.observe] if options.observe else [own]
-        channel = stack.enter_context(open_root(network, [options.listen], observers))
+        observers = [own, options.observers] if options.observers else [own]
+        credentials = Credentials.load(options.tls) if options.tls else None
+        channel = stack.enter_context(
+            open_root(network, [options.endpoint], observers, credentials)
+        )
         folder = stack.enter_context(open_folder(_document(experiment, options, network, channel)))
         claim.announce(
             networks.LiveNetwork(
@@ -146,13 +150,23 @@ class Root:
             experiment.setup,
             kernel_fingerprint(),
             options.allow_mixed,
+            options.pace_of_links(),
+            Credentials.load(options.tls).seats() if options.tls else None,
         )
         hands = Hands(
             self._replace, self._steer, self._tell, self._give_up, self._restate, folder.log
         )
         self._books = options.books()
+        self._pacer = Pacer(channel, LinkTiming.of(house.pace)) if house.pace else None
         self._farm = Farm(
-            channel, Keys(network), house, self._shape, Scheduler(rules), hands, self._books
+            channel,
+            Keys(network),
+            house,
+            self._shape,
+            Scheduler(rules),
+            hands,
+            self._books,
+            self._pacer,
         )
 
     def __enter__(self) -> "Root":
@@ -162,6 +176,8 @@ class Root:
         if self._supervisor is not None:
             self._farm.dismiss("the run is over")
             self._supervisor.close()
+        if self._pacer is not None:
+            self._pacer.close()
 
     def run(self) -> Result:
         """Make the run; return its result.
@@ -204,6 +220,8 @@ class Root:
         arguments = ["--connect", self._channel.endpoint, "--network", self._network]
         arguments += ["--supervisor", self._name, "--patience", str(PATIENCE)]
         arguments += ["--memory", str(self._options.worker_memory)]
+        if self._options.tls:
+            arguments += ["--tls", str(self._options.tls)]
         self._supervisor = Supervisor(arguments, self._options.workers, self._ended)
 
     def _wait_for_local_workers(self) -> None:
@@ -408,7 +426,7 @@ class Root:
             "evaluations": engine.evaluations,
             "best": engine.best.objective if engine.generation else None,
             "local_workers": self._supervisor.count if self._supervisor is not None else 0,
-            "observers": sorted({protocol_of(place) for place in self._channel.endpoints[1:]}),
+            "observers": list(self._channel.endpoints[1:]),
             **self._farm.status(),
         }
 
@@ -512,6 +530,7 @@ def _document(
         "generations": experiment.generations,
         "farm": {
             **dataclasses.asdict(options),
+            "tls": options.tls and options.tls.absolute(),
             "links": options.shape().links,
             "network": network,
             "endpoint": channel.endpoint,

@@ -25,6 +25,7 @@ from tramnet_master.farm.ledger import Ledger
 from tramnet_master.farm.roster import Roster, Standing, Worker
 from tramnet_master.farm.rules import Rules
 from tramnet_master.farm.suspects import Suspects, worker_to_replace
+from tramnet_protocol.routes import KEPT
 
 # Timer of no worker: wakes the scheduler to look at its suspects again.
 _NOBODY = Tram(-1, -1)
@@ -53,6 +54,7 @@ class Allocation:
         suspects: Pieces that wait for a fresh process.
         routes: TRAMs that frames pass on their way to a worker or back, nearest the root first; empty where there
             are none.
+        epoch: Number of wirings so far.
     """
 
     def __init__(self, rules: Rules, ledger: Ledger, turn: Turn) -> None:
@@ -61,6 +63,7 @@ class Allocation:
         self.ready: deque[Batch] = deque()
         self.suspects = Suspects()
         self.routes: Mapping[Tram, tuple[Tram, ...]] = {}
+        self.epoch = 0
         self._rules = rules
         self._ledger = ledger
         self._turn = turn
@@ -177,7 +180,9 @@ class Allocation:
     def _send(self, worker: Worker, batch: Batch, piece: Piece) -> None:
         work = batch.part(piece.first, piece.last)
         via = frozenset(self.routes.get(worker.tram, ()))
-        assignment = Assignment(batch, piece, work, worker.tram, self._turn.now, via=via)
+        assignment = Assignment(
+            batch, piece, work, worker.tram, self._turn.now, via=via, epoch=self.epoch
+        )
         batch.give(piece)
         self._ledger.record(assignment)
         worker.load(assignment)
@@ -189,20 +194,27 @@ class Allocation:
     def rewire(self, routes: Mapping[Tram, tuple[Tram, ...]]) -> None:
         """Note other routes; what is under way may pass the old ones or the new ones."""
         self.routes = routes
+        self.epoch += 1
         for worker in self.roster.workers.values():
             for assignment in worker.held:
                 assignment.via = assignment.via.union(routes.get(worker.tram, ()))
 
-    def repeat_what_passed(self, lost: Tram) -> None:
-        """Send again what a lost TRAM may have taken along, to the workers that have it or should."""
+    def repeat_what_passed(self, lost: frozenset[Tram]) -> None:
+        """Send again what lost TRAMs may have taken along, to the workers that have it or should."""
         for worker in self.roster.workers.values():
             for assignment in worker.held:
-                if assignment.live and lost in assignment.via:
+                if assignment.live and self._may_have_passed(lost, assignment):
                     self._repeat(worker, assignment)
+
+    def _may_have_passed(self, lost: frozenset[Tram], assignment: Assignment) -> bool:
+        """Whether a frame may have met one of them: on its ways, or on any where nodes may have forgotten those."""
+        forgotten = self.epoch - assignment.epoch >= KEPT
+        return not lost.isdisjoint(assignment.via) or (forgotten and bool(assignment.via))
 
     def _repeat(self, worker: Worker, assignment: Assignment) -> None:
         # From now on it passes the new route only: whoever takes it in knows the new wiring.
         assignment.via = frozenset(self.routes.get(worker.tram, ()))
+        assignment.epoch = self.epoch
         self._turn.out.append(Repeat(worker.tram, assignment.work))
         if assignment is worker.held[0]:
             self.restart_clock(worker)

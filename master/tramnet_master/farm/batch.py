@@ -55,6 +55,7 @@ class Assignment(Struct, eq=False):
         live: The slots are this worker's to compute: neither answered, nor lost, nor overdue.
         answered: Whether this worker has answered it; it can do so once.
         via: TRAMs that it or its answer may pass, by any wiring since it was sent last.
+        epoch: Number of wirings there had been when it was sent last.
     """
 
     batch: "Batch"
@@ -65,6 +66,7 @@ class Assignment(Struct, eq=False):
     live: bool = True
     answered: bool = False
     via: frozenset[Tram] = frozenset()
+    epoch: int = 0
 
     @property
     def bytes(self) -> int:

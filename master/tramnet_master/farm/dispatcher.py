@@ -19,6 +19,7 @@ from msgspec import Struct
 from tramnet_master.errors import RunFailed
 from tramnet_master.farm import events
 from tramnet_master.farm.books import Books, NoBooks
+from tramnet_master.farm.changes import Changes
 from tramnet_master.farm.collection import Collection, WrongOutcome, open_collection
 from tramnet_master.farm.events import Instruction, Tram
 from tramnet_master.farm.holders import Holders
@@ -26,9 +27,9 @@ from tramnet_master.farm.membership import Member, Membership
 from tramnet_master.farm.reception import House, Reception
 from tramnet_master.farm.scheduler import Scheduler
 from tramnet_master.farm.ways import ways
-from tramnet_protocol.channel import Channel, Lane, Query
+from tramnet_protocol.channel import Channel, Lane, Publisher, Query
 from tramnet_protocol.codec import Frame, Header, decode, encode
-from tramnet_protocol.errors import MalformedFrame, UnknownKey
+from tramnet_protocol.errors import MalformedFrame, ProtocolError, UnknownKey
 from tramnet_protocol.exchange import Exchange, Identity
 from tramnet_protocol.inbox import Inbox
 from tramnet_protocol.keys import Keys, parse
@@ -58,6 +59,9 @@ from tramnet_workers.node.supervisor import Ended
 
 HEARTBEAT = 1.0
 """Period of the root's own statistics [s]."""
+
+STRANGERS = "strangers"
+"""Source of all that comes from those who have no seat."""
 
 TICK = 0.25
 """Longest time between two looks at the deadlines, however much arrives [s]."""
@@ -151,6 +155,7 @@ class Farm:
         scheduler: Decides.
         hands: What others do for the farm.
         books: Who is told what passes, or None for nobody.
+        links: Where frames are published, or None for the channel.
 
     Attributes:
         inbox: Where everything arrives.
@@ -173,6 +178,7 @@ class Farm:
         scheduler: Scheduler,
         hands: Hands,
         books: Books | None = None,
+        links: Publisher | None = None,
     ) -> None:
         self.inbox: Inbox[Item] = Inbox()
         self.membership = Membership(shape, house.root_incarnation)
@@ -183,6 +189,7 @@ class Farm:
         self.waited_seconds = 0.0
         self.busy_seconds: dict[Tram, float] = {}
         self._channel = channel
+        self._links: Publisher = links or channel
         self._keys = keys
         self._hands = hands
         self._scheduler = scheduler
@@ -195,6 +202,7 @@ class Farm:
         self._snapshots: dict[Tram, PopulationSnapshot] = {}  # until the answer they belong to
         # The outcome whose instructions are carried out, and the work it belongs to.
         self._arrived: tuple[Collection, Outcome] | None = None
+        self._changes = Changes()
         self._stalled: list[Tram] = []  # to be wired out when all instructions are carried out
         self._started = time.monotonic()
         self._next_heartbeat = self._started
@@ -203,6 +211,10 @@ class Farm:
         self._evaluations = 0
         self.chunks = 0
         self._interrupted = False
+        # What follows is read by the transport's threads, and replaced rather than changed.
+        self._members_keys: frozenset[str] = frozenset()
+        self._strange_tokens = 0
+        self._note_members()
 
     @property
     def messages(self) -> tuple[TagCounters, ...]:
@@ -214,23 +226,24 @@ class Farm:
         inbox, keys, channel = self.inbox, self._keys, self._channel
         channel.subscribe(
             keys.links_to(ROOT),
-            lambda key, payload: inbox.put_from(key, len(payload), FrameArrived(key, payload)),
+            lambda key, payload: self._put(key, len(payload), FrameArrived(key, payload)),
         )
         channel.subscribe(
             keys.all_stats,
-            lambda key, payload: inbox.put_from(key, len(payload), HeartbeatArrived(key, payload)),
+            lambda key, payload: self._put(key, len(payload), HeartbeatArrived(key, payload)),
         )
-        channel.watch_tokens(keys.all_alive, lambda key, alive: inbox.put(TokenChanged(key, alive)))
+        channel.watch_tokens(keys.all_alive, self._put_token)
         channel.serve(
             keys.control,
             lambda query: inbox.put_from(keys.control, len(query.payload), ControlAsked(query)),
         )
         # Before anybody can join: a worker that has a seat has seen the token, and will see it go.
         channel.declare_token(keys.alive(ROOT))
-        channel.serve(
-            keys.join,
-            lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
-        )
+        for key in (keys.join, keys.join_as_anybody):
+            channel.serve(
+                key,
+                lambda query: inbox.put_from(keys.join, len(query.payload), JoinAsked(query)),
+            )
 
     def interrupt(self) -> None:
         """Have ``next_outcome`` return; may be called from a signal handler or another thread."""
@@ -297,20 +310,35 @@ class Farm:
             "lost": self.lost,
             "refused": self.reception.refused,
             "malformed": self._exchange.malformed,
-            "foreign": self._exchange.foreign,
+            "foreign": self._exchange.foreign + self._strange_tokens,
             "dropped": {reason.name.lower(): n for reason, n in self._scheduler.dropped.items()},
             "over_credit": sum(self.inbox.dropped.values()),
             "workers": [_describe(member, now) for member in self.membership.members],
         }
 
+    # Threads of the transport.
+
+    def _put(self, key: str, size: int, item: Item) -> None:
+        """Enqueue what came on a key; those who have no seat share one credit."""
+        self.inbox.put_from(key if key in self._members_keys else STRANGERS, size, item)
+
+    def _put_token(self, key: str, alive: bool) -> None:
+        """Enqueue that a token has changed; nobody shows one before it has a seat."""
+        if key in self._members_keys:
+            self.inbox.put(TokenChanged(key, alive))
+        else:
+            self._strange_tokens += 1
+
     # One turn of the loop.
 
     def _turn(self, patience: float = TICK) -> None:
         now = time.monotonic()
-        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_heartbeat - now)))
+        item = self.inbox.get(min(patience, TICK, max(0.0, self._next_due() - now)))
         if item is not None:
             self._take(item)
         now = time.monotonic()
+        if self._changes.due is not None and now >= self._changes.due:
+            self._settle()
         if self.inbox.empty or now >= self._next_tick:
             due = self._scheduler.next_time()
             if due is not None and due <= now:
@@ -320,16 +348,22 @@ class Farm:
             self._next_heartbeat = now + HEARTBEAT
             self._publish(self._keys.stats(ROOT), self._stats(now), Lane.TELEMETRY)
 
+    def _next_due(self) -> float:
+        changes = self._changes.due
+        return self._next_heartbeat if changes is None else min(changes, self._next_heartbeat)
+
     def _take(self, item: Item) -> None:
         match item:
             case FrameArrived(key, payload):
                 frame = self._exchange.incoming(key, payload)
                 if frame is None:
                     return
-                if self._exchange.is_ours(frame):
+                if not self._exchange.is_ours(frame):
+                    self._exchange.foreign += (
+                        1  # all ways begin or end here: the root passes nothing on
+                    )
+                elif self._exchange.admits(key, frame):
                     self._take_frame(frame)
-                else:  # all ways begin or end here, so the root passes nothing on
-                    self._exchange.foreign += 1
             case HeartbeatArrived(key, payload):
                 self._take_heartbeat(key, payload)
             case TokenChanged(key, alive):
@@ -337,7 +371,7 @@ class Farm:
             case JoinAsked(query):
                 self._take_join(query)
             case ControlAsked(query):
-                query.reply(self.reception.control(query.payload, self._hands.steer))
+                self._reply(query, self.reception.control(query.payload, self._hands.steer))
             case Ended():
                 self._take_end(item)
 
@@ -346,8 +380,7 @@ class Farm:
         try:
             message = frame.message()
         except MalformedFrame as error:
-            self._exchange.malformed += 1
-            _log.warning("dropped a frame of TRAM %d: %s", tram.seat, error)
+            self._exchange.refuse(f"of TRAM {tram.seat}", error)
             return
         match message:
             case Evaluated() | PopulationMeans() | Tracked():
@@ -389,19 +422,37 @@ class Farm:
         seat = parse(key).seats[0]
         if seat == ROOT:
             return
+        now = time.monotonic()
         if alive:
-            member = self.membership.appeared(seat, time.monotonic())
+            member = self.membership.appeared(seat, now)
             if member is not None:
-                self._rewire()
                 self._tell_joined(member)
-                self._handle(events.WorkerReady(member.tram, member.fresh))
+                self._changes.join(member.tram, now)
             return
         member = self.membership.vanished(seat)
         if member is not None:
             self._lose(member, "is lost")
 
     def _take_join(self, query: Query) -> None:
-        query.reply(self.reception.join(query.payload, time.monotonic()))
+        name = self._keys.asker(query.key)
+        answer = self.reception.join(query.payload, time.monotonic(), name)
+        self._note_members()
+        self._reply(query, answer)
+
+    def _reply(self, query: Query, answer: bytes) -> None:
+        try:
+            query.reply(answer)
+        except ProtocolError as error:
+            _log.warning("could not answer on %s: %s", query.key, error)
+
+    def _note_members(self) -> None:
+        """Let the transport's threads know who has a seat."""
+        keys = self._keys
+        self._members_keys = frozenset(
+            key
+            for seat in (ROOT, *(member.tram.seat for member in self.membership.members))
+            for key in (keys.link(seat, ROOT), keys.stats(seat), keys.alive(seat))
+        )
 
     def _take_end(self, ended: Ended) -> None:
         """Free at once the seat of a local process that ended before its token appeared."""
@@ -412,10 +463,13 @@ class Farm:
     def _handle(self, event: events.Event) -> None:
         for instruction in self._scheduler.handle(event, time.monotonic()):
             self._carry_out(instruction)
-        while self._stalled:
-            member = self.membership.expel(self._stalled.pop())
-            if member is not None:
-                self._lose(member, "has fallen silent and is wired out")
+        if self._stalled:
+            expelled = [self.membership.expel(tram) for tram in self._stalled]
+            self._stalled.clear()
+            for member in expelled:
+                if member is not None:
+                    self._lose(member, "has fallen silent and is wired out")
+            self._settle()
 
     def _carry_out(self, instruction: Instruction) -> None:
         match instruction:
@@ -508,8 +562,7 @@ class Farm:
         self._snapshots.pop(member.tram, None)
         self._hands.tell(f"TRAM {member.tram.seat} {what}")
         self._tell_all("lost", {"seat": member.tram.seat, "live": len(self.membership.live)})
-        self._rewire()
-        self._handle(events.WorkerLost(member.tram))
+        self._changes.lose(member.tram, time.monotonic())
 
     def _tell_joined(self, member: Member) -> None:
         detail = {
@@ -525,9 +578,11 @@ class Farm:
         self._hands.note(name, detail)
         self.announce(name, detail)
 
-    def _rewire(self) -> None:
-        """Have everybody send by the new wiring, and tell the scheduler; who joined or was lost comes after."""
-        wiring, live = self.membership.wiring, self.membership.live
+    def _settle(self) -> None:
+        """Have everybody send by a new wiring, and tell the scheduler of that and of who joined and was lost."""
+        changes, self._changes = self._changes, Changes()
+        wiring, live = self.membership.rewire(), self.membership.live
+        self._note_members()
         self._exchange.rewire(wiring)
         self._books.rewired(wiring)
         self.inbox.widen(len(live))
@@ -536,11 +591,17 @@ class Farm:
             self._channel.publish(self._keys.wiring(member.tram.seat), order, Lane.CONTROL)
         self._handle(events.Rewired(ways(wiring)))
         self.announce("rewired", {"epoch": wiring.epoch, "live": len(live)})
+        if changes.lost:
+            self._handle(events.WorkerLost(changes.lost[0], tuple(changes.lost[1:])))
+        for tram in changes.joined:
+            joined = self.membership.find(tram)
+            if joined is not None:
+                self._handle(events.WorkerReady(tram, joined.fresh))
 
     def _send(self, tram: Tram, message: Message) -> None:
         key, payload = self._exchange.outgoing(tram, message)
         began = time.perf_counter()
-        self._channel.publish(key, payload, Lane.LINK)
+        self._links.publish(key, payload, Lane.LINK)
         self._blocked_seconds += time.perf_counter() - began
 
     def _publish(self, key: str, message: Message, lane: Lane) -> None:

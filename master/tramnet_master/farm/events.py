@@ -65,9 +65,16 @@ class WorkerLeaving(Struct, frozen=True):
 
 
 class WorkerLost(Struct, frozen=True):
-    """The worker is gone: its token or its transport has disappeared."""
+    """The worker is gone: its token or its transport has disappeared.
+
+    Attributes:
+        tram: The worker.
+        others: Those lost together with it: a machine, or a supervisor's all. Nothing is given to one of them for
+            being told of it a moment later.
+    """
 
     tram: Tram
+    others: tuple[Tram, ...] = ()
 
 
 class Answered(Struct, frozen=True):

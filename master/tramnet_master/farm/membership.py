@@ -6,17 +6,24 @@ wired in, for one that still compiles would hold up those behind it. One that ha
 wired in, until its token is gone. Then the seat is free again, so a token never belongs to two lives of a seat.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from tramnet_master.farm.events import Tram
+from tramnet_protocol.errors import BadTopology
+from tramnet_protocol.limits import MAX_ITEMS
 from tramnet_protocol.messages import ROOT, JoinRequest, Stats, Wiring
-from tramnet_protocol.topology import Shape, lowest_free_seat, rewire
+from tramnet_protocol.topology import ALL_SEATS, Shape, lowest_free_seat, rewire
 
 SILENCE = 2.5
 """Time without a heartbeat, which is due every second, after which a TRAM counts as silent [s]."""
 
 EXPECTED_FOR = 600.0
 """Time a worker may take from its seat to its token: kernels may have to be compiled [s]."""
+
+
+MOST_EXPECTED = 512
+"""Workers that may have a seat and not be there yet: whoever only asks cannot take all seats."""
 
 
 @dataclass(slots=True)
@@ -27,7 +34,7 @@ class Member:
         tram: Its seat and incarnation.
         request: What it said of itself.
         since: When it was given its seat [s].
-        live: Whether it is wired in.
+        live: Whether it can take work, and belongs into the wiring.
         out: Whether it was wired out while its token stands.
         stats: Its last heartbeat.
         heard: When that came [s], or when its token appeared.
@@ -65,6 +72,13 @@ class Membership:
         self.joined = 0
         self.wiring: Wiring = rewire(shape, {ROOT: root_incarnation}, 0)
 
+    def rewire(self) -> Wiring:
+        """Make a new wiring over the workers that are live now, and return it."""
+        lives = {member.tram.seat: member.tram.incarnation for member in self.live}
+        epoch = self.wiring.epoch + 1
+        self.wiring = rewire(self._shape, {ROOT: self._root_incarnation, **lives}, epoch)
+        return self.wiring
+
     @property
     def members(self) -> list[Member]:
         """The workers with a seat, in the order of seats."""
@@ -75,26 +89,34 @@ class Membership:
         """The workers that can take work, in the order of seats."""
         return [member for member in self.members if member.live]
 
-    def admit(self, request: JoinRequest, now: float) -> Member:
+    def admit(self, request: JoinRequest, now: float, seats: range = ALL_SEATS) -> Member:
         """Give a worker a seat; it is wired in when its token appears.
 
         Args:
             request: Its question.
             now: Monotonic time [s].
+            seats: Seats it may have.
 
         Raises:
-            BadTopology: The shape has no room for it.
+            BadTopology: The shape has no room for it, none of these is free, or too many are on their way.
         """
         self._forget_the_never_seen(now)
+        expected = [member for member in self._members.values() if not (member.live or member.out)]
+        for member in expected:
+            if (member.request.host, member.request.pid) == (request.host, request.pid):
+                return member  # it did not hear the answer
+        if len(expected) >= MOST_EXPECTED:
+            raise BadTopology(f"found {len(expected)} workers on their way here; ask again later")
         self._shape.check_room(len(self._members) + 2)
-        seat = lowest_free_seat(self._members)
+        seat = lowest_free_seat(self._members, seats)
+        self._check_links({ROOT, seat, *self._members})
         self._incarnations += 1
         member = Member(Tram(seat, self._incarnations), request, now)
         self._members[seat] = member
         return member
 
     def appeared(self, seat: int, now: float) -> Member | None:
-        """Note a token; return the member that became live and was wired in by it, if one did.
+        """Note a token; return the member that became live by it, if one did.
 
         Args:
             seat: Whose token.
@@ -109,18 +131,16 @@ class Membership:
         process = (member.request.host, member.request.pid)
         member.fresh = process not in self._processes
         self._processes.add(process)
-        self._rewire()
         return member
 
     def vanished(self, seat: int) -> Member | None:
-        """Free the seat of a token that is gone; return the member that was live there and is wired out."""
+        """Free the seat of a token that is gone; return the member that was live there."""
         member = self._members.get(seat)
         if member is None or not (member.live or member.out):
             return None
         del self._members[seat]
         if member.out:
             return None
-        self._rewire()
         return member
 
     def expel(self, tram: Tram) -> Member | None:
@@ -129,7 +149,6 @@ class Membership:
         if member is None or not member.live:
             return None
         member.live, member.out = False, True
-        self._rewire()
         return member
 
     def silent(self, now: float) -> frozenset[Tram]:
@@ -160,13 +179,18 @@ class Membership:
         member = self._members.get(tram.seat)
         return member if member is not None and member.tram == tram else None
 
+    def _check_links(self, seats: Collection[int]) -> None:
+        """Check that a wiring can tell of all links; with up to half as many TRAMs it always can."""
+        if len(seats) <= MAX_ITEMS // 2:
+            return
+        n_links = len(self._shape.connect(seats).edges)
+        if n_links > MAX_ITEMS:
+            raise BadTopology(
+                f"found {n_links} links of a {self._shape.name} over {len(seats)} TRAMs, and a message "
+                f"tells of {MAX_ITEMS} at most; use tree for more"
+            )
+
     def _forget_the_never_seen(self, now: float) -> None:
         for seat, member in list(self._members.items()):
             if not (member.live or member.out) and now - member.since > EXPECTED_FOR:
                 del self._members[seat]
-
-    def _rewire(self) -> None:
-        incarnations = {member.tram.seat: member.tram.incarnation for member in self.live}
-        self.wiring = rewire(
-            self._shape, {ROOT: self._root_incarnation, **incarnations}, self.wiring.epoch + 1
-        )

@@ -1,7 +1,7 @@
 """Answers whoever comes to the root: workers that ask for a seat, and people who steer."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from tramnet_master.farm.membership import Membership
@@ -14,9 +14,11 @@ from tramnet_protocol.messages import (
     JoinReply,
     JoinRequest,
     Message,
+    Pace,
     Refusal,
     Setup,
 )
+from tramnet_protocol.topology import ALL_SEATS
 
 _log = logging.getLogger(__name__)
 
@@ -31,6 +33,8 @@ class House:
         setup: The problem.
         fingerprint: Fingerprint of the root's own arithmetic.
         allow_mixed: Whether workers of another fingerprint are let in.
+        pace: Speed of the links whose pace frames shall have [Mbaud], or 0 for their own.
+        seats: Seats that each certificate's name may take, or None where nobody needs one.
     """
 
     run: int
@@ -38,6 +42,8 @@ class House:
     setup: Setup
     fingerprint: str
     allow_mixed: bool = False
+    pace: Pace = 0
+    seats: Mapping[str, range] | None = None
 
 
 class Reception:
@@ -58,12 +64,13 @@ class Reception:
         self.mixed = False
         self.refused = 0
 
-    def join(self, payload: bytes, now: float) -> bytes:
+    def join(self, payload: bytes, now: float, name: str | None = None) -> bytes:
         """Answer a worker that asks for a seat.
 
         Args:
             payload: Its question.
             now: Monotonic time [s].
+            name: Name of its certificate, as the transport has seen it, or None where it showed none.
         """
         try:
             request = decode(payload).message()
@@ -71,11 +78,12 @@ class Reception:
             return self._refuse(str(error))
         if not isinstance(request, JoinRequest):
             return self._refuse(f"found a {type(request).__name__}, expected a JoinRequest")
-        reason = self._objection(request)
+        seats = self._seats_of(name)
+        reason = self._objection(request) if seats else f"no seat is for {name or 'the nameless'}"
         if reason:
             return self._refuse(reason)
         try:
-            member = self._membership.admit(request, now)
+            member = self._membership.admit(request, now, seats)
         except BadTopology as error:
             return self._refuse(str(error), final=False)
         reply = JoinReply(
@@ -85,6 +93,7 @@ class Reception:
             self._house.root_incarnation,
             self._house.setup,
             self._membership.wiring,
+            self._house.pace,
         )
         return self._frame(reply)
 
@@ -102,6 +111,11 @@ class Reception:
             return self._frame(act(request))
         except (MalformedFrame, ValueError) as error:
             return self._frame(Refusal(str(error), final=True))
+
+    def _seats_of(self, name: str | None) -> range:
+        if self._house.seats is None:
+            return ALL_SEATS
+        return self._house.seats.get(name or "", range(0))
 
     def _objection(self, request: JoinRequest) -> str:
         if request.protocol != PROTOCOL_VERSION:

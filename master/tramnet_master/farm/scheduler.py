@@ -106,7 +106,7 @@ class Scheduler:
             case WorkerLeaving():
                 self._leaving(event.tram)
             case WorkerLost():
-                self._lost(event.tram)
+                self._lost(event.tram, *event.others)
             case Raised():
                 self._raised(event)
         self._allocation.dispatch()
@@ -223,13 +223,15 @@ class Scheduler:
         if worker is not None:
             self._retire(worker, blame=None)
 
-    def _lost(self, tram: Tram) -> None:
-        worker = self._roster.find(tram)
-        if worker is not None:
+    def _lost(self, *trams: Tram) -> None:
+        found = [worker for tram in trams if (worker := self._roster.find(tram)) is not None]
+        for worker in found:
             self._retire(worker, blame="its worker died")
             self._roster.remove(worker)
-            self._stalled.discard(tram)
-            self._allocation.repeat_what_passed(tram)
+        lost = frozenset(worker.tram for worker in found)
+        self._stalled -= lost
+        if lost:
+            self._allocation.repeat_what_passed(lost)
 
     def _overdue(self, worker: Worker, silent: frozenset[Tram]) -> None:
         way = (*self._allocation.routes.get(worker.tram, ()), worker.tram)

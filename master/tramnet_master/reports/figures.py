@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from tramnet_master.reports.comparison import draw_comparison
 from tramnet_master.reports.convergence import draw_objective
+from tramnet_master.reports.design_figures import write_design_figures
 from tramnet_master.reports.findings import Findings
 from tramnet_master.reports.following import draw_following
 from tramnet_master.reports.joint_angles import draw_joint_angles
@@ -22,6 +23,7 @@ from tramnet_master.reports.scene_overview import draw_scenes
 from tramnet_master.reports.servo import draw_servo
 from tramnet_master.reports.style import one_look, save
 from tramnet_master.reports.tracking_record import EXPERIMENT, FollowedScene, TrackingRecord
+from tramnet_master.run_folder import DESIGN
 from tramnet_master.trajectories import Trajectory
 
 _OF_A_PLAN: dict[str, Callable[[RunRecord, Trajectory], Figure]] = {
@@ -53,6 +55,8 @@ def write_figures(folder: Path) -> list[Path]:
         DamagedFile: A file of it is torn.
         CannotWrite: The disk refuses.
     """
+    if (folder / DESIGN).is_file():
+        return write_design_figures(folder)
     with one_look():
         if Findings.read(folder).text("experiment") == EXPERIMENT:
             return _write_tracking(folder)

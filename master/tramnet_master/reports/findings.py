@@ -71,8 +71,9 @@ class Findings:
 
     @property
     def caption(self) -> str:
-        """What ran, in a line: job, case, robot, method and seed."""
-        parts = [self.text("experiment"), self._task, self.text("robot"), self.text("method")]
+        """What ran, in a line: job, case, robot or variant, method, settings and seed."""
+        parts = [self.text(k) for k in ("robot", "variant", "method", "settings")]
+        parts = [self.text("experiment"), self._task, *parts]
         return "  ·  ".join([*(part for part in parts if part), f"seed {self.text('seed')}"])
 
     @property

@@ -11,11 +11,9 @@ from tramnet_master.reports.style import (
     GREY,
     ORANGE,
     VERMILION,
-    legend_below,
     new_figure,
 )
 from tramnet_master.simulation.prediction import Prediction
-from tramnet_master.wording import time_span
 
 HEIGHT = 4.8  # [inch]
 _DENSE = 200  # points of a smooth curve
@@ -24,18 +22,15 @@ _DENSE = 200  # points of a smooth curve
 def draw_scaling(prediction: Prediction) -> Figure:
     """Two panels: speed-up, with the master-slave model beside it; efficiency and the busiest link."""
     workload = prediction.workload
-    caption = (
-        f"{prediction.machine}, {prediction.topology}  ·  {workload.population} individuals of "
-        f"{time_span(workload.evaluation)}, {workload.generations} generations"
-    )
+    caption = f"{prediction.machine}, {prediction.topology}  ·  {workload.description}"
     figure = new_figure(HEIGHT, f"Predicted: {workload.name}", caption)
     left, right = figure.subplots(1, 2)
     _draw_speed_up(left, prediction)
     _draw_shares(right, prediction)
     for axes in (left, right):
         axes.set_xlabel("workers")
+        axes.legend(loc="best")
         _powers_of_two(axes, [point.workers for point in prediction.points])
-    legend_below(figure, [left, right])
     return figure
 
 

@@ -53,6 +53,7 @@ STYLE: dict[Any, Any] = {  # the keys matplotlib knows differ between its versio
 
 
 HEAD = 0.62  # room for title and caption [inch]
+NAMES_WIDE, NAME_EXTRA = 110, 9  # letters in a row of a legend, and those that a handle stands for
 
 
 @contextmanager
@@ -122,13 +123,16 @@ def rows_for(n_joints: int) -> int:
 
 
 def legend_below(figure: Figure, panels: list[Axes]) -> None:
-    """Name what the panels show in one row below them all, where it covers nothing."""
+    """Name what the panels show below them all, where it covers nothing, in rows that fit the figure."""
     named: dict[str, Artist] = {}
     for axes in panels:
         handles, names = axes.get_legend_handles_labels()
         named |= dict(zip(names, handles, strict=True))
     if len(named) > 1:
-        figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=len(named))
+        columns = min(len(named), max(1, NAMES_WIDE // (NAME_EXTRA + max(map(len, named)))))
+        if sum(NAME_EXTRA + len(name) for name in named) <= NAMES_WIDE:
+            columns = len(named)
+        figure.legend(named.values(), named.keys(), loc="outside lower center", ncols=columns)
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:

@@ -10,9 +10,12 @@ from rich.text import Text
 
 from tramnet_master.console import people
 from tramnet_master.progress import plural
+from tramnet_master.reports.design_record import read_design
+from tramnet_master.reports.design_summary import design_facts, design_verdict, points_table
 from tramnet_master.reports.findings import Findings
 from tramnet_master.reports.tables import new_table
 from tramnet_master.results import Booked, ServoResult
+from tramnet_master.run_folder import DESIGN
 from tramnet_master.wording import time_span
 
 Fact = tuple[str, str]
@@ -52,6 +55,9 @@ def print_summary(folder: Path, console: Console = people) -> None:
 
         for table in tracking_tables(folder, found):
             console.print(table)
+    if (folder / DESIGN).is_file():
+        console.print(points_table(read_design(folder / DESIGN)))
+        console.print(design_verdict(found))
     console.print(f"results in {folder}", markup=False, soft_wrap=True)
 
 
@@ -66,6 +72,8 @@ def facts_of(found: Findings) -> Iterator[Fact]:
         objective = _short(best.get("objective"))
         yield "objective", f"{objective}, first in generation {best['generation']}"
         yield from _motion(found)
+    if "arm" in found.keys:
+        yield from design_facts(found)
     yield "evaluations", _evaluations(found)
     lost, condemned = found.number("lost_workers") or 0, len(found.rows("condemned"))
     workers = int(found.number("workers") or 0)

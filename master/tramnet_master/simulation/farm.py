@@ -23,8 +23,8 @@ from tramnet_master.simulation.agenda import SECOND, Agenda
 from tramnet_master.simulation.machines import Machine
 from tramnet_master.simulation.network import Network, Traffic, Way
 from tramnet_master.simulation.routes import RoundTrip
-from tramnet_master.simulation.workload import Workload
-from tramnet_protocol.messages import Kind, WorkId
+from tramnet_master.simulation.workload import Grain, Workload
+from tramnet_protocol.messages import WorkId
 from tramnet_protocol.modelled import HEADER_BYTES
 
 
@@ -38,7 +38,7 @@ class _Worker:
 
 @dataclass(frozen=True)
 class Lap:
-    """What had happened when a generation was complete.
+    """What had happened when a round was complete.
 
     Attributes:
         time: When that was [ns].
@@ -52,7 +52,7 @@ class Lap:
 
 
 class VirtualFarm:
-    """A run of some generations.
+    """A run of some rounds.
 
     Args:
         workload: What is evaluated.
@@ -79,11 +79,12 @@ class VirtualFarm:
         self._root_free = 0  # when the root's processor has done what it was given [ns]
         self._computing = 0
         self._laps: list[Lap] = []
-        self._generations = 0
+        self._open = 0  # works of this round
+        self._rounds = 0
 
-    def run(self, generations: int) -> list[Lap]:
-        """Run a number of generations; return a lap for each."""
-        self._generations = generations
+    def run(self, rounds: int) -> list[Lap]:
+        """Run a number of rounds, generations for one; return a lap for each."""
+        self._rounds = rounds
         for worker in self._workers.values():
             self._tell(WorkerReady(worker.tram))
         self._submit(1)
@@ -93,8 +94,12 @@ class VirtualFarm:
     # The root.
 
     def _submit(self, step: int) -> None:
-        work = WorkId(Kind.EVALUATE, 0, step, 0, self._workload.population)
-        self._tell(WorkSubmitted(work, self._workload.genome_bytes))
+        divisible = self._workload.grain is Grain.INDIVIDUALS
+        works = self._workload.works(step, len(self._workers))
+        self._open = len(works)
+        for work in works:
+            each = self._workload.genome_bytes + self._workload.work_bytes // work.size
+            self._tell(WorkSubmitted(work, each, divisible))
 
     def _tell(self, event: Event) -> None:
         for instruction in self._scheduler.handle(event, self._agenda.now / SECOND):
@@ -103,7 +108,9 @@ class VirtualFarm:
                     self._occupy_root(self._machine.sending)
                     self._agenda.after(self._root_free - self._agenda.now, self._send, (tram, work))
                 case Resolved(work):
-                    self._complete(work.step)
+                    self._open -= 1
+                    if not self._open:
+                        self._complete(work.step)
 
     def _occupy_root(self, time: int) -> None:
         self._root_free = max(self._root_free, self._agenda.now) + time
@@ -111,13 +118,14 @@ class VirtualFarm:
     def _send(self, given: tuple[Tram, WorkId]) -> None:
         tram, work = given
         worker = self._workers[tram.seat]
-        size = HEADER_BYTES + work.size * self._workload.genome_bytes
+        own = self._workload.work_bytes
+        size = HEADER_BYTES + own + work.size * self._workload.genome_bytes
         self._network.send(worker.ways.out, size, lambda: self._receive(worker, work))
 
     def _complete(self, step: int) -> None:
         traffic = {way: traffic.copy() for way, traffic in self._network.traffic.items()}
         self._laps.append(Lap(self._agenda.now, self._computing, traffic))
-        if step < self._generations:
+        if step < self._rounds:
             self._occupy_root(self._breeding)
             self._agenda.after(self._root_free - self._agenda.now, self._submit, step + 1)
 

@@ -16,7 +16,8 @@ import numpy as np
 from msgspec import Struct, structs
 
 from tramnet_master.errors import InvalidOption
-from tramnet_master.simulation.workload import Workload
+from tramnet_master.simulation.measuring import points_of_a_run
+from tramnet_master.simulation.workload import Grain, Workload
 from tramnet_protocol.links import LinkTiming
 
 _OPERATIONS = 852 + 738
@@ -86,11 +87,14 @@ def carried_over(workload: Workload, node: str) -> Workload:
     """Return a workload that was measured on this core as it would be on a node."""
     if node != T805:
         return workload
-    return structs.replace(
-        workload,
-        evaluation=workload.evaluation * factor(node),
-        breeding=workload.population * workload.genes * T805_BREEDING,
-    )
+    each = workload.evaluation * factor(node)
+    if (
+        workload.grain is not Grain.INDIVIDUALS
+    ):  # the root compares and passes on, and breeds nothing
+        run = points_of_a_run(each, workload.generations) if workload.run > 1 else 1
+        return structs.replace(workload, evaluation=each, breeding=0.0, run=run)
+    breeding = workload.population * workload.genes * T805_BREEDING
+    return structs.replace(workload, evaluation=each, breeding=breeding)
 
 
 @cache

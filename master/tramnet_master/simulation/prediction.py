@@ -19,8 +19,8 @@ from tramnet_protocol.topology import Graph, Shape
 MOST_WORKERS = 4096
 """More are not simulated; a real network has seats for one less than that."""
 
-GENERATIONS = 4
-"""Generations that are simulated; those after the second, in which costs are known, stand for the rest."""
+ROUNDS = 4
+"""Rounds that are simulated; those after the second, in which costs are known, stand for the rest."""
 
 _SETTLED = 2
 
@@ -95,7 +95,7 @@ def predict(
         raise InvalidOption("--workers", "none", "numbers of workers such as 1,4,16")
     best = min(points, key=lambda point: (point.seconds, point.workers))
     message = best.mean_hops * (
-        machine.timing.hop(HEADER_BYTES + workload.genome_bytes)
+        machine.timing.hop(HEADER_BYTES + workload.work_bytes + workload.genome_bytes)
         + machine.timing.hop(HEADER_BYTES + workload.objective_bytes)
     )
     seconds = (message + machine.sending + machine.receiving) / SECOND
@@ -147,7 +147,7 @@ def lay(shape: Shape, workers: int) -> dict[int, RoundTrip]:
 
 def _point(workload: Workload, machine: Machine, shape: Shape, workers: int) -> Point:
     ways = lay(shape, workers)
-    simulated = min(GENERATIONS, workload.generations)
+    simulated = min(ROUNDS, workload.rounds)
     laps = VirtualFarm(workload, machine, ways).run(simulated)
     seconds = _seconds(laps, workload)
     settled = laps[_SETTLED - 1] if simulated > _SETTLED else Lap(0, 0, {})
@@ -168,8 +168,8 @@ def _point(workload: Workload, machine: Machine, shape: Shape, workers: int) -> 
 
 
 def _seconds(laps: Sequence[Lap], workload: Workload) -> float:
-    """Time of all generations: those that were simulated, and the last ones over again for the rest."""
-    rest = workload.generations - len(laps)
+    """Time of all rounds: those that were simulated, and the last ones over again for the rest."""
+    rest = workload.rounds - len(laps)
     if not rest:
         return laps[-1].time / SECOND
     each = (laps[-1].time - laps[_SETTLED - 1].time) / (len(laps) - _SETTLED)

@@ -31,7 +31,9 @@ ALLOWANCE = 0.1
 MOST_SHIPMENTS = 50_000
 """A round with more is cut here."""
 
-_REMEMBERED = 256  # rounds known to be alike
+_REMEMBERED = 256  # short rounds, for the next ones may be like them
+_SHORT = 64  # shipments of such a round
+_EACH = 30e-6  # what booking a shipment takes, before any was booked [s]
 _EARLY = 3  # rounds from which costs are taken
 
 
@@ -62,6 +64,7 @@ class LinkBooks:
         self._totals = Totals()
         self._began = clock()
         self._spent = 0.0
+        self._each = _EACH
 
     @property
     def totals(self) -> Totals:
@@ -134,20 +137,30 @@ class LinkBooks:
         self._stated.clear()
         early, self._early = self._early, []
         for shipments in early:
-            if shipments in self._known or self._book(shipments):
+            if shipments in self._known:
                 self._times[shipments] += 1
+            elif self._has_time_for(shipments):
+                self._book(shipments)
 
-    def _book(self, shipments: tuple[Shipment, ...]) -> bool:
-        """Book a round that is like none before it, unless the books have taken too long already."""
-        now = self._clock()
-        if self._spent > ALLOWANCE + SHARE * (now - self._began):
-            return False
+    def _has_time_for(self, shipments: tuple[Shipment, ...]) -> bool:
+        allowed = ALLOWANCE + SHARE * (self._clock() - self._began)
+        return self._spent + len(shipments) * self._each <= allowed
+
+    def _book(self, shipments: tuple[Shipment, ...]) -> None:
+        """Book a round that is like none before it; a short one is remembered, for the next may be like it."""
+        began = self._clock()
+        found = book(shipments, self._machine.timing, self._costs)
+        took = self._clock() - began
+        self._spent += took
+        self._each = took / len(shipments)
+        if len(shipments) > _SHORT:
+            self._totals.add(found, 1)
+            return
         if len(self._known) >= _REMEMBERED:
             self._settle()
             self._known.clear()
-        self._known[shipments] = book(shipments, self._machine.timing, self._costs)
-        self._spent += self._clock() - now
-        return True
+        self._known[shipments] = found
+        self._times[shipments] = 1
 
     def _settle(self) -> None:
         for shipments, times in self._times.items():

@@ -151,10 +151,13 @@ LINKS = (
     _plain("dropped", "dropped", 8, alarm, spare=2),
 )
 TAGS = (
-    _plain("tag", "message", 10, name, left=True),
+    _plain("tag", "message", 19, name, left=True),
     _plain("way", "way", 9, name, left=True),
     _plain("frames_per_generation", "per gen.", 8, lambda value: Text(f"{value:,.2f}")),
-    *_TRAFFIC,
+    _plain("frames", "frames", 9),
+    _plain("frames_per_s", "frames/s", 9, short),
+    _plain("bytes_per_s", "kB/s", 7, _kilo),
+    _plain("mean_bytes", "mean B", 7, spare=1),
 )
 TOPICS = (
     _plain("link", "sniffed link", 14, name, left=True),

@@ -64,10 +64,10 @@ def open_keyboard(stopped: threading.Event) -> Iterator[Keyboard]:
     try:
         terminal = sys.stdin.fileno()
         before = termios.tcgetattr(terminal)
-        ours = os.tcgetpgrp(terminal) == os.getpgrp()
     except (OSError, ValueError, termios.error):
-        ours = False
-    if not ours:  # no terminal, or one that another job reads from
+        yield Keyboard(None, stopped)
+        return
+    if _is_another_job_s(terminal):
         yield Keyboard(None, stopped)
         return
     try:
@@ -75,3 +75,11 @@ def open_keyboard(stopped: threading.Event) -> Iterator[Keyboard]:
         yield Keyboard(terminal, stopped)
     finally:
         termios.tcsetattr(terminal, termios.TCSADRAIN, before)
+
+
+def _is_another_job_s(terminal: int) -> bool:
+    """Whether reading would stop this process, as it stops those that a shell has put in the background."""
+    try:
+        return os.tcgetpgrp(terminal) != os.getpgrp()
+    except OSError:  # a terminal without jobs
+        return False

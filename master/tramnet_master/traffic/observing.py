@@ -5,22 +5,23 @@ wants it (Ctrl-C, SIGTERM, a closed terminal: a second one ends the process at o
 good. Nothing here asks the root for anything but its status.
 """
 
-import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
+from pathlib import Path
 from typing import Self
 
 from tramnet_master import networks
-from tramnet_master.console import people
 from tramnet_master.control import locate, question
 from tramnet_master.errors import NoNetwork, RunFailed
+from tramnet_master.signals import ending
+from tramnet_master.traffic.status import read_status
 from tramnet_protocol.channel import Channel
 from tramnet_protocol.errors import ChannelClosed, NoAnswer
 from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ROOT, ControlRequest
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.settings import protocol_of
 from tramnet_protocol.transport import open_observer
 
@@ -57,7 +58,6 @@ class Observation:
         self.keys = Keys(live.network)
         self.stopped = threading.Event()
         self._vanished: float | None = None
-        self._warned = False
         channel.watch_tokens(self.keys.alive(ROOT), self._watch_root)
 
     @property
@@ -80,6 +80,15 @@ class Observation:
         """
         return question(self.channel, self.keys, ControlRequest("status"), timeout).status
 
+    def in_the_way(self, said: dict[str, object]) -> bool:
+        """Return whether this is where workers attach: whoever is stopped there can hold the network up.
+
+        Args:
+            said: What the root says of itself.
+        """
+        places = {protocol_of(place) for place in read_status(said).observers}
+        return bool(places) and protocol_of(self.live.observers) not in places
+
     def first_status(self) -> dict[str, object]:
         """Return the status of a root that may still be starting.
 
@@ -89,24 +98,11 @@ class Observation:
         end = time.monotonic() + START_UP
         while True:
             try:
-                status = self.status()
-                self._check_place(status.get("observers"))
-                return status
+                return self.status()
             except NoAnswer:
                 if time.monotonic() > end or self.over or not self._is_live_here():
                     raise
             self.stopped.wait(0.1)
-
-    def _check_place(self, protocols: object) -> None:
-        """Warn who attached where workers do, whom the root waits for."""
-        place = self.live.observers
-        if self._warned or not isinstance(protocols, list) or protocol_of(place) in protocols:
-            return
-        self._warned = True
-        people.print(
-            f"{place} is where workers connect: if this process hangs, the root waits for it. Start the root with "
-            "--observe ws/HOST:PORT and attach there."
-        )
 
     def _is_live_here(self) -> bool:
         try:
@@ -160,12 +156,15 @@ class StatusPoll(threading.Thread):
 
 
 @contextmanager
-def observe(connect: str | None, network: str | None) -> Iterator[Observation]:
+def observe(
+    connect: str | None, network: str | None, tls: Path | None = None
+) -> Iterator[Observation]:
     """Attach to a network until the block ends; Ctrl-C and SIGTERM set ``stopped`` meanwhile.
 
     Args:
         connect: Endpoint of the root for observers, or None.
         network: Name of the network, or None for the only live one.
+        tls: Folder with the root's certificate, for a root elsewhere that asks for one.
 
     Raises:
         NoNetwork: None is alive here, or none of that name.
@@ -173,22 +172,7 @@ def observe(connect: str | None, network: str | None) -> Iterator[Observation]:
         CannotConnect: Nobody listens there.
     """
     live = locate(connect, network)
-    with open_observer(live.observers) as channel:
+    with open_observer(live.observers, Credentials.load(tls) if tls else None) as channel:
         observation = Observation(live, channel)
-        with _signals(observation.stopped.set):
+        with ending(observation.stopped.set):
             yield observation
-
-
-@contextmanager
-def _signals(stop: Callable[[], None]) -> Iterator[None]:
-    def first(number: int, _: FrameType | None) -> None:
-        signal.signal(number, signal.default_int_handler)
-        stop()
-
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, first) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in zip(numbers, before, strict=True):
-            signal.signal(number, handler)

@@ -36,4 +36,5 @@ def write_picture(path: Path, view: RenderableType, width: int) -> None:
     console.print(view)
     picture = console.export_svg(title=TITLE, theme=_THEME, unique_id="tramnet")
     picture = _FONT_FACES.sub("", picture).replace("Fira Code", FONT)
+    picture = picture.replace("<text ", '<text xml:space="preserve" ')  # some drop blanks in front
     write_atomically(path, picture.encode())

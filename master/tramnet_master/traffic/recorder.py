@@ -4,9 +4,8 @@ A topic is a key and the kind of message on it (``/link/0/1/evaluate``), for a t
 the time of arrival at the recorder; frames carry none of their own.
 
 ``flush`` ends a chunk: what was recorded until then can be read back even if this process is killed later. The
-file then lacks its index and what came since; ``mcap recover``, readers that stream and ``tramnet traffic`` take
-it.
-``finish`` writes the index.
+file then lacks its index and what came since: ``mcap recover``, readers that stream, and ``tramnet traffic`` read
+it. ``finish`` writes the index.
 """
 
 from collections.abc import Mapping

@@ -86,10 +86,14 @@ def _type(kind: inspect.Type) -> Schema:
         case inspect.UnionType(types):
             (only,) = (option for option in types if not isinstance(option, inspect.NoneType))
             return _type(only)
-    return _SCALARS.get(type(kind), _OPEN)
+        case inspect.LiteralType(values):
+            return _INTEGER if all(isinstance(value, int) for value in values) else _STRING
+    return _OTHERS[type(kind)]
 
 
-_SCALARS: Mapping[type[inspect.Type], Schema] = {
+_OTHERS: Mapping[type[inspect.Type], Schema] = {
+    inspect.DictType: _OPEN,
+    inspect.CustomType: _OPEN,
     inspect.IntType: _INTEGER,
     inspect.FloatType: {"type": "number"},
     inspect.StrType: _STRING,

@@ -30,6 +30,7 @@ class Status(Struct, frozen=True):
     Attributes:
         network: Name of the network.
         title: What runs.
+        observers: Endpoints of the root for observers, as its own machine reaches them.
         run: Number of the run, or None.
         topology: Shape of the network.
         epoch: Number of its wiring.
@@ -49,6 +50,7 @@ class Status(Struct, frozen=True):
 
     network: str = ""
     title: str = ""
+    observers: tuple[str, ...] = ()
     run: int | None = None
     topology: str = ""
     epoch: int = 0

@@ -8,6 +8,7 @@ import signal
 import sys
 from pathlib import Path
 
+from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import open_worker
 from tramnet_workers.node.lifeline import hold_on_to_parent
 from tramnet_workers.node.memory import be_first_to_go
@@ -27,6 +28,7 @@ def main() -> int:
     parser.add_argument("--supervisor", required=True, help="name of whoever started this")
     parser.add_argument("--patience", type=float, default=10.0, help="seconds to look for a root")
     parser.add_argument("--memory", type=int, default=0, help="memory it may have [MiB], 0 for any")
+    parser.add_argument("--tls", type=Path, help="folder with its certificate and key")
     parser.add_argument("--pulse", type=Path, help="folder for signs of life, see pulse.py")
     arguments = parser.parse_args()
     logging.basicConfig(
@@ -38,10 +40,18 @@ def main() -> int:
     sys.setswitchinterval(SWITCH_INTERVAL)
     hold_on_to_parent(lambda: os._exit(0))
     be_first_to_go(arguments.memory)
-    connect = functools.partial(open_worker, arguments.connect)
-    pulse = Pulse(arguments.pulse)
+    credentials = Credentials.load(arguments.tls) if arguments.tls else None
+    connect = functools.partial(open_worker, arguments.connect, credentials)
+    name = credentials.name if credentials else None
     service = Service(
-        Home(arguments.network, arguments.supervisor, arguments.patience, connect, pulse)
+        Home(
+            arguments.network,
+            arguments.supervisor,
+            arguments.patience,
+            connect,
+            name,
+            Pulse(arguments.pulse),
+        )
     )
     signal.signal(signal.SIGTERM, lambda *_: service.stop("terminated"))
     try:

@@ -5,15 +5,15 @@ would cost a generation about a tenth of its round trip; those for other TRAMs, 
 wiring, are the router's. Answers and what is passed on share one lock: a frame's number and its place on the link.
 """
 
-import logging
 import threading
 from collections.abc import Callable
 
-from tramnet_protocol.channel import Channel, Lane
+from tramnet_protocol.channel import Channel, Lane, Publisher
 from tramnet_protocol.codec import Frame, Header
 from tramnet_protocol.errors import MalformedFrame
 from tramnet_protocol.exchange import Exchange, Identity
 from tramnet_protocol.keys import Keys
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import (
     ROOT,
     Failed,
@@ -24,9 +24,8 @@ from tramnet_protocol.messages import (
     Wiring,
     Work,
 )
+from tramnet_protocol.pacing import Pacer
 from tramnet_workers.node.router import Router
-
-_log = logging.getLogger(__name__)
 
 
 class Links:
@@ -38,6 +37,7 @@ class Links:
         identity: Who it is.
         wiring: The wiring it was told of when it joined.
         take: Takes in work of the root, on a thread of the transport or the router's; it must not wait.
+        pace: What a frame costs on a link, or None where links have no pace but their own.
 
     Attributes:
         exchange: The frames' bookkeeping.
@@ -50,9 +50,11 @@ class Links:
         identity: Identity,
         wiring: Wiring,
         take: Callable[[Header, Work], None],
+        pace: LinkTiming | None = None,
     ) -> None:
         self.exchange = Exchange(keys, identity, wiring)
-        self._channel = channel
+        self._pacer = None if pace is None else Pacer(channel, pace)
+        self._sender: Publisher = self._pacer or channel
         self._deliver = take
         self._sending = threading.Lock()
         self._open = True
@@ -67,7 +69,7 @@ class Links:
             root = (ROOT, self.exchange.wiring.incarnations[ROOT])
             for message in messages:
                 key, payload = self.exchange.outgoing(root, message)
-                self._channel.publish(key, payload, Lane.LINK)
+                self._sender.publish(key, payload, Lane.LINK)
 
     def rewire(self, wiring: Wiring) -> None:
         """Send by a newer wiring from now on, and let go on what has waited for it."""
@@ -86,6 +88,8 @@ class Links:
         self._router.close()
         with self._sending:
             self._open = False
+        if self._pacer is not None:
+            self._pacer.close()
 
     # Threads of the transport and of the router.
 
@@ -94,7 +98,8 @@ class Links:
         if frame is None:
             return
         if self.exchange.is_ours(frame) and self.exchange.routes.knows(frame.header.epoch):
-            self._take(frame)
+            if self.exchange.admits(key, frame):
+                self._take(frame)
         else:
             self._router.put(key, frame, len(payload))
 
@@ -102,14 +107,13 @@ class Links:
         with self._sending:
             onward = self.exchange.forward(key, frame)
             if onward is not None and self._open:
-                self._channel.publish(*onward, Lane.LINK)
+                self._sender.publish(*onward, Lane.LINK)
 
     def _take(self, frame: Frame) -> None:
         try:
             message = frame.message()
         except MalformedFrame as error:
-            self.exchange.malformed += 1
-            _log.warning("dropped a frame of TRAM %d: %s", frame.header.source, error)
+            self.exchange.refuse(f"of TRAM {frame.header.source}", error)
             return
         if frame.header.source == ROOT and isinstance(message, Work):
             self._deliver(frame.header, message)

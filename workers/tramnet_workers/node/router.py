@@ -145,6 +145,8 @@ class Router:
     def _let_go(self, arrived: Arrived | None) -> None:
         for one in self._transit.ready(arrived):
             try:
+                if not self._exchange.admits(one.key, one.frame):
+                    continue
                 if self._exchange.is_ours(one.frame):
                     self._take(one.frame)
                 else:

@@ -24,10 +24,17 @@ from msgspec import Struct
 
 from tramnet_protocol.channel import Channel, Lane
 from tramnet_protocol.codec import Header, decode, encode
-from tramnet_protocol.errors import CannotConnect, MalformedFrame, NoAnswer, RemoteProtocolError
+from tramnet_protocol.errors import (
+    BadTopology,
+    CannotConnect,
+    MalformedFrame,
+    NoAnswer,
+    RemoteProtocolError,
+)
 from tramnet_protocol.exchange import Identity
 from tramnet_protocol.inbox import Inbox
 from tramnet_protocol.keys import Keys
+from tramnet_protocol.links import LinkTiming
 from tramnet_protocol.messages import (
     NOBODY,
     PROTOCOL_VERSION,
@@ -81,7 +88,7 @@ class Wanted(Struct, frozen=True):
     reason: str
 
 
-Item: TypeAlias = OrderArrived | RootVanished | Wanted
+Item: TypeAlias = OrderArrived | RootVanished | Wanted | states.Answer
 
 
 @dataclass(frozen=True)
@@ -91,6 +98,7 @@ class Home:
     Attributes:
         network: Name of the network.
         supervisor: Name of the supervisor that can replace this process.
+        name: Name of its certificate, or None where it has none.
         patience: How long to look for a root before giving up [s].
         connect: Opens a channel to the root; raises CannotConnect where there is none.
         pulse: Where it leaves signs of life.
@@ -100,6 +108,7 @@ class Home:
     supervisor: str
     patience: float
     connect: Callable[[], Channel]
+    name: str | None = None
     pulse: Pulse = field(default_factory=Pulse)
 
 
@@ -206,6 +215,8 @@ class Service:
             match instruction:
                 case states.Answer(_, answer, snapshot):
                     self._send(answer, snapshot)
+                case states.AnswerAgain(answer):
+                    self._inbox.put(answer)
                 case states.Announce(membership):
                     assert self._channel is not None
                     self._channel.declare_token(self._keys.alive(membership.seat))
@@ -287,7 +298,7 @@ class Service:
             self._home.supervisor,
         )
         reply = decode(
-            channel.ask(self._keys.join, encode(Header(), request), JOIN_TIMEOUT)
+            channel.ask(self._where_to_join, encode(Header(), request), JOIN_TIMEOUT)
         ).message()
         if isinstance(reply, Refusal):
             if reply.final:
@@ -299,13 +310,19 @@ class Service:
         membership = Membership(reply.root_incarnation, reply.seat, reply.incarnation)
         identity = Identity(reply.run, reply.seat, reply.incarnation)
         self._channel = channel
-        self._links = Links(channel, self._keys, identity, reply.wiring, self._take)
+        pace = LinkTiming.of(reply.pace) if reply.pace else None
+        self._links = Links(channel, self._keys, identity, reply.wiring, self._take, pace)
         channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_order)
         self._apply(states.Joined(membership, reply.setup))
         return True
 
     def _enqueue_order(self, key: str, payload: bytes) -> None:
         self._inbox.put_from(key, len(payload), OrderArrived(payload))
+
+    @property
+    def _where_to_join(self) -> str:
+        name = self._home.name
+        return self._keys.join if name is None else self._keys.join_as(name)
 
     def _watch_root(self, channel: Channel, alive: bool) -> None:
         if not alive:
@@ -323,6 +340,8 @@ class Service:
                 match item:
                     case OrderArrived(payload):
                         self._take_order(links, payload)
+                    case states.Answer(_, answer, snapshot):
+                        self._send(answer, snapshot)
                     case RootVanished(seen_by) if seen_by is channel:
                         return self._apply(states.RootLost())
                     case Wanted(reason):
@@ -354,9 +373,16 @@ class Service:
             return
         match message:
             case Wiring():
-                links.rewire(message)
+                self._rewire(links, message)
             case Stop(reason) if links.exchange.is_for_this_life(frame.header):
                 self._apply(states.StopReceived(reason))
+
+    def _rewire(self, links: Links, wiring: Wiring) -> None:
+        try:
+            links.rewire(wiring)
+        except BadTopology as error:
+            self._tally.malformed += 1
+            _log.warning("dropped a wiring: %s", error)
 
     def _send_heartbeat(self, channel: Channel, links: Links, uptime: float) -> None:
         exchange = links.exchange

@@ -128,6 +128,16 @@ class Answer(Struct, frozen=True):
     snapshot: PopulationSnapshot | None = None
 
 
+class AnswerAgain(Struct, frozen=True):
+    """Send an answer once more; whoever delivered the chunk must not wait for that.
+
+    Attributes:
+        answer: As it was sent before.
+    """
+
+    answer: Answer
+
+
 class Why(enum.Enum):
     """Why a chunk or an outcome was dropped."""
 
@@ -161,7 +171,7 @@ class Leave(Struct, frozen=True):
 
 
 Task: TypeAlias = Build | Start | Leave
-Instruction: TypeAlias = Task | Announce | Answer | Reject | Rejoin
+Instruction: TypeAlias = Task | Announce | Answer | AnswerAgain | Reject | Rejoin
 
 
 class Phase(enum.Enum):
@@ -256,7 +266,7 @@ class WorkerStates:
         if any(work.work == identity for work in self.held):
             return self._reject(identity, Why.HELD)
         if identity in self.remembered and not _brings_state(event.work):
-            return [self.remembered[identity]]
+            return [AnswerAgain(self.remembered[identity])]
         if len(self.held) == CREDIT:
             return self._reject(identity, Why.BEYOND_CREDIT)
         self.held.append(event.work)

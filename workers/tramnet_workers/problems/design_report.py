@@ -14,7 +14,13 @@ from tramnet_workers.kernels.design import DM
 from tramnet_workers.kernels.order import wrap
 from tramnet_workers.mpga_settings import MpgaSettings
 from tramnet_workers.problems.bilevel import worth
-from tramnet_workers.problems.checks import Motion, Violation, violations_at
+from tramnet_workers.problems.checks import (
+    Motion,
+    MotionValues,
+    Violation,
+    motion_values,
+    violations_at,
+)
 from tramnet_workers.problems.design_task import DesignTask
 from tramnet_workers.problems.progressive import DesignFound, Outcome
 from tramnet_workers.problems.stages import Poses, evaluate_poses
@@ -79,7 +85,7 @@ class DesignedArm:
         """
         terms = evaluate_poses(task, settings, poses)
         everywhere = np.ones(len(poses.stations), np.bool_)
-        return cls(task, poses, everywhere, terms, violations_at(poses.stations, terms))
+        return cls(task, poses, everywhere, terms, violations_at(task, poses, terms))
 
 
 def exact_poses(task: DesignTask, lengths: Floats, base: Floats) -> Poses:
@@ -117,6 +123,7 @@ def describe_design(design: DesignedArm) -> dict[str, object]:
     """Return a design as plain values; keys carry their units, None is what a method does not know."""
     task, found, motion = design.task, design.found, design.motion
     peaks = motion.null_peaks if motion is not None else np.empty(0)
+    between = motion_values(task, design.poses, motion) if motion is not None else []
     return {
         "arm": "planar",
         "link_lengths_m": design.poses.lengths.tolist(),
@@ -129,9 +136,13 @@ def describe_design(design: DesignedArm) -> dict[str, object]:
         "null_motion_peak_over_mean": float(peaks.max()) if len(peaks) else None,
         "lower_rad": list(task.lower),
         "upper_rad": list(task.upper),
+        "prismatic_links": [stroke.link + 1 for stroke in task.strokes],
         "boxes_m": [list(box) for box in task.boxes],
         "path": _describe_path(task),
-        "points": [_describe_point(design, i) for i in range(len(design.terms))],
+        "points": [
+            _describe_point(design, i, between[i] if i < len(between) else None)
+            for i in range(len(design.terms))
+        ],
         "violations": describe_violations(design.violations),
     }
 
@@ -160,17 +171,16 @@ def describe_terms(
 
 
 def planar_arm(task: DesignTask, poses: Poses, name: str) -> PlanarArm:
-    """Return the arm of a design; a mobile base stands where it is at the first point."""
-    extents = [0.0] * task.n_links
-    for stroke in task.strokes:
-        extents[stroke.link] += stroke.length
+    """Return the arm of a design; a mobile base rests where it is at the first point."""
+    reach = abs(poses.bases - poses.bases[0]).max(axis=0) if task.mobility is not None else (0, 0)
     return PlanarArm(
         name=name,
         lengths=tuple(poses.lengths.tolist()),
         base=(float(poses.bases[0, 0]), float(poses.bases[0, 1])),
         lower=task.lower,
         upper=task.upper,
-        strokes=tuple(extents),
+        strokes=tuple(task.extensions.tolist()),
+        reach=(float(reach[0]), float(reach[1])),
     )
 
 
@@ -182,8 +192,10 @@ def _describe_path(task: DesignTask) -> dict[str, object]:
     return {"kind": "polyline", "vertices_m": vertices, "closed": path.closed}
 
 
-def _describe_point(design: DesignedArm, i: int) -> dict[str, object]:
-    """Return a station, its pose and the value of each term of eq (4)."""
+def _describe_point(
+    design: DesignedArm, i: int, following: MotionValues | None
+) -> dict[str, object]:
+    """Return a station, its pose, the value of each term of eq (4), and the motion to the next one."""
     task, poses, n = design.task, design.poses, design.task.n_links
     station = float(poses.stations[i])
     return {
@@ -194,4 +206,15 @@ def _describe_point(design: DesignedArm, i: int) -> dict[str, object]:
         "pose_rad": [wrap(angle) for angle in poses.joints[i, :n].tolist()],
         "strokes_m": poses.joints[i, n:].tolist(),
         **describe_terms(design.terms[i], station, design.violations),
+        "to_next": _describe_motion(following) if following is not None else None,
+    }
+
+
+def _describe_motion(values: MotionValues) -> dict[str, float]:
+    return {
+        "step_max_rad": values.jump,
+        "limit_excess_rad": values.jlc,
+        "inside_boxes_m": values.tc,
+        "tracking_error_m": values.rc,
+        "end_error_rad": values.end,
     }

@@ -160,6 +160,14 @@ class DesignTask:
         """Task points, of shape (t, 2) [m]."""
         return np.array([self.trajectory.point(s) for s in self.stations])
 
+    @property
+    def extensions(self) -> Floats:
+        """By how much prismatic joints can extend each link, of shape (n,) [m]."""
+        found = np.zeros(self.n_links)
+        for stroke in self.strokes:
+            found[stroke.link] += stroke.length
+        return found
+
     def parameters(self) -> dict[str, object]:
         """Return the task as plain values, for the wire and for run files."""
         values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "trajectory"}

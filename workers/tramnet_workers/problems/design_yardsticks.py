@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_workers.problems.bilevel import run_bilevel, worth
+from tramnet_workers.problems.bilevel import Search, run_bilevel, worth
 from tramnet_workers.problems.design_task import DesignTask
 
 Floats = NDArray[np.float64]
@@ -31,6 +31,15 @@ class Quality(NamedTuple):
     built: float
 
 
+def best_arm(task: DesignTask) -> Search:
+    """Return the best arm there is for a task, without TC and JAC: CMA-ES around exact poses.
+
+    Raises:
+        InvalidTask: The arm has not three revolute joints alone.
+    """
+    return run_bilevel(task, _BUDGET * len(task.stations), _SEED)
+
+
 def design_quality(
     task: DesignTask, designed: Floats, built: Floats, base: Floats
 ) -> Quality | None:
@@ -49,7 +58,7 @@ def design_quality(
         return None
     if len(task.stations) > MOST_POINTS:
         return None
-    best = run_bilevel(task, _BUDGET * len(task.stations), _SEED)
+    best = best_arm(task)
     if best.dexterity <= 0.0:
         return None
     shares = [worth(task, lengths, base).mean / best.dexterity for lengths in (designed, built)]

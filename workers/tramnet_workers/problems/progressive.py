@@ -37,8 +37,8 @@ from tramnet_workers.problems.trajectory import intervals
 Floats = NDArray[np.float64]
 
 SUB_POINTS = 4  # sub-task points between neighbouring task points
+MOST_TASK_POINTS = 64  # up to which offending points are added: where all fail, fivefold each time
 _STREAMS_A_STEP = 1 << 16
-_SAME = 1e-6  # stations nearer than this share of the path are the same point
 _STEPS = (Step.DESIGN, Step.PROTOTYPE, Step.PLANNING)
 
 
@@ -142,7 +142,9 @@ def _to_prototype(progress: Progress, traits: Floats) -> Progress:
     if task.lengths is None:
         distances = np.sqrt(((task.points - bases) ** 2).sum(axis=1))
         ordered = task.weights.get("hc", settings.weights.hc) > 0.0
-        lengths = task.stock.choose(found.lengths, ordered=ordered, reaches=distances)
+        lengths = task.stock.choose(
+            found.lengths, ordered=ordered, reaches=distances, strokes=task.extensions
+        )
     else:
         lengths = np.array(task.lengths)
     around = Poses(np.array(task.stations), lengths, bases, traits[:, task.n_links + 2 :])
@@ -186,7 +188,7 @@ def _finish(progress: Progress, poses: Poses) -> Progress:
     motion = follow_poses(task, poses)
     violations = find_violations(task, poses, terms, motion)
     if violations and progress.returns < task.most_returns:
-        again = replace(task, stations=_with_points(task, violations))
+        again = replace(task, stations=_with_points(task, poses.stations, violations))
         stage = design_stage(again, progress.settings)
         return Progress(again, progress.settings, returns=progress.returns + 1, stage=stage)
     outcome = Outcome(
@@ -258,12 +260,15 @@ def _poses(progress: Progress, stations: Floats, traits: Floats) -> Poses:
     return Poses(stations, lengths, bases, joints)
 
 
-def _with_points(task: DesignTask, violations: tuple[Violation, ...]) -> tuple[float, ...]:
-    """Return the stations of a task with those of violations added."""
-    stations = list(task.stations)
-    nearest = _SAME * max(task.trajectory.length, 1.0)
+def _with_points(
+    task: DesignTask, stations: Floats, violations: tuple[Violation, ...]
+) -> tuple[float, ...]:
+    """Return the task points with the stations that fail, the worst first as long as there is room."""
+    severity = np.zeros(len(stations))
     for violation in violations:
-        for s in violation.stations:
-            if all(abs(s - known) > nearest for known in stations):
-                stations.append(s)
-    return tuple(sorted(stations))
+        at = np.isin(stations, violation.stations)
+        severity[at] = np.maximum(severity[at], violation.severity)
+    severity[np.isin(stations, task.stations)] = 0.0
+    room = max(MOST_TASK_POINTS - len(task.stations), 0)
+    worst = np.argsort(-severity, kind="stable")[:room]
+    return tuple(sorted([*task.stations, *(float(stations[i]) for i in worst if severity[i] > 0)]))

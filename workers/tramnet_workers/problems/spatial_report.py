@@ -6,7 +6,7 @@ import numpy as np
 
 from tramnet_workers.kernels.design import DM
 from tramnet_workers.kernels.order import wrap
-from tramnet_workers.problems.checks import Violation, violations_at
+from tramnet_workers.problems.checks import Violation, term_violations
 from tramnet_workers.problems.design_report import describe_terms, describe_violations
 from tramnet_workers.problems.spatial_task import SpatialFound, SpatialTask
 from tramnet_workers.robots.revolute_chain import ChainRow, chain_urdf_of, with_lengths
@@ -26,7 +26,7 @@ class SpatialArm(NamedTuple):
     @property
     def violations(self) -> tuple[Violation, ...]:
         """What violates a limit; stations are numbers of points, from 0."""
-        return violations_at(np.arange(float(len(self.found.terms))), self.found.terms)
+        return term_violations(np.arange(float(len(self.found.terms))), self.found.terms)
 
     @property
     def rows(self) -> tuple[ChainRow, ...]:

@@ -84,7 +84,7 @@ def prototype_stage(task: DesignTask, settings: MpgaSettings, around: Poses) -> 
         first = task.n_links + len(task.strokes)
         lower[:, first : first + 2] = around.bases - settings.prototype.half_base
         upper[:, first : first + 2] = around.bases + settings.prototype.half_base
-    weights = _weights(task, settings)
+    weights = _weights(task, settings, settings.prototype)
     if task.base.free:
         weights, settings = _placed(task, settings, weights)
     problem = _problem(
@@ -118,7 +118,7 @@ def planning_stage(
         Step.PLANNING,
         lower,
         upper,
-        _weights(task, settings),
+        _weights(task, settings, settings.planning),
         settings.planning.generations,
     )
     problem = replace(
@@ -231,8 +231,12 @@ def _placed(
     return {**weights, **own, **task.weights}, replace(settings, ramp=rule.ramp)
 
 
-def _weights(task: DesignTask, settings: MpgaSettings) -> dict[str, float]:
+def _weights(
+    task: DesignTask, settings: MpgaSettings, refinement: Refinement | None = None
+) -> dict[str, float]:
     weights = asdict(settings.weights)
+    if refinement is not None and refinement.jac is not None:
+        weights["jac"] = refinement.jac
     if task.mobility is not None:  # neighbours alone hold the base: each step has to count
         weights["bpc"] = settings.placement.connecting
     return {**weights, **task.weights}

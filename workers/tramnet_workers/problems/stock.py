@@ -75,7 +75,9 @@ class Stock:
         rows.sort(key=lambda row: row[0])
         return cls(tuple(row[0] for row in rows), tuple(row[1] for row in rows))
 
-    def choose(self, wanted: Floats, *, ordered: bool, reaches: Floats) -> Floats:
+    def choose(
+        self, wanted: Floats, *, ordered: bool, reaches: Floats, strokes: Floats | None = None
+    ) -> Floats:
         """Return the modules nearest to wanted lengths, of shape (n,) [m].
 
         Nearest is the least sum of differences among the combinations that do not exceed the
@@ -86,17 +88,20 @@ class Stock:
             wanted: Wanted lengths, of shape (n,) [m].
             ordered: Whether a link may not be longer than the one before.
             reaches: Distances from the base that are to be reached, of shape (t,) [m].
+            strokes: Longest extension of each link by prismatic joints, of shape (n,), None for
+                none [m].
 
         Raises:
             InvalidTask: There are too few modules for so many links.
         """
         lengths, n = np.array(self.lengths), len(wanted)
+        strokes = np.zeros(n) if strokes is None else strokes
         nearest = [np.argsort(abs(lengths - x), kind="stable").tolist() for x in wanted]
         for width in (_CANDIDATES, len(lengths)):
             rows = [row for row in product(*(near[:width] for near in nearest)) if self._holds(row)]
             if rows:
                 arms = [lengths[list(row)] for row in rows]
-                return min(arms, key=lambda arm: _misfit(arm, wanted, ordered, reaches))
+                return min(arms, key=lambda arm: _misfit(arm, wanted, ordered, reaches, strokes))
         raise InvalidTask("stock", f"{sum(self.quantities)} modules", f"modules for {n} links")
 
     def _holds(self, row: tuple[int, ...]) -> bool:
@@ -121,13 +126,16 @@ def _read_row(field: str, row: dict[str, str]) -> tuple[float, int]:
 
 
 def _misfit(
-    arm: Floats, wanted: Floats, ordered: bool, distances: Floats
+    arm: Floats, wanted: Floats, ordered: bool, distances: Floats, strokes: Floats
 ) -> tuple[bool, bool, float, tuple[float, ...]]:
     """Return how badly an arm fits; what is compared first weighs most."""
     unordered = ordered and bool((np.diff(arm) > 0.0).any())
-    return unordered, not _reaches(arm, distances), float(abs(arm - wanted).sum()), tuple(arm)
+    misses = not _reaches(arm, distances, strokes)
+    return unordered, misses, float(abs(arm - wanted).sum()), tuple(arm)
 
 
-def _reaches(lengths: Floats, distances: Floats) -> bool:
-    longest, total = lengths.max(), lengths.sum()
-    return bool(distances.max() <= total and distances.min() >= 2.0 * longest - total)
+def _reaches(lengths: Floats, distances: Floats, strokes: Floats) -> bool:
+    """Return whether an arm with its strokes drawn in or out reaches as far and near as needed."""
+    others = lengths.sum() - lengths + strokes.sum() - strokes
+    farthest, nearest = lengths.sum() + strokes.sum(), (lengths - others).max()
+    return bool(distances.max() <= farthest and distances.min() >= nearest)

@@ -13,6 +13,9 @@ _EFFORT, _VELOCITY = 100.0, pi  # placeholders [N m, rad/s]
 _RADIUS = 0.02  # of the cylinders that show the links [m]
 
 Triple = tuple[float, float, float]
+X: Triple = (1.0, 0.0, 0.0)
+Y: Triple = (0.0, 1.0, 0.0)
+Z: Triple = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -21,11 +24,12 @@ class UrdfJoint:
 
     Attributes:
         name: Name of the joint.
-        kind: ``revolute`` about z, ``prismatic`` along x, or ``fixed``.
+        kind: ``revolute``, ``prismatic`` or ``fixed``.
         offset: Origin in the parent link's frame [m].
         roll: Turn about the parent's x axis [rad].
         lower: Smallest joint value [rad, m].
         upper: Largest joint value [rad, m].
+        axis: Unit vector that it turns about or moves along.
     """
 
     name: str
@@ -34,6 +38,7 @@ class UrdfJoint:
     roll: float = 0.0
     lower: float = 0.0
     upper: float = 0.0
+    axis: Triple = Z
 
 
 def chain_urdf(name: str, joints: Sequence[UrdfJoint]) -> str:
@@ -56,8 +61,7 @@ def _add_joint(robot: Xml.Element, joint: UrdfJoint, parent: str, child: str) ->
     Xml.SubElement(element, "child", link=child)
     Xml.SubElement(element, "origin", xyz=_text(*joint.offset), rpy=_text(joint.roll, 0.0, 0.0))
     if joint.kind != "fixed":
-        axis = (1.0, 0.0, 0.0) if joint.kind == "prismatic" else (0.0, 0.0, 1.0)
-        Xml.SubElement(element, "axis", xyz=_text(*axis))
+        Xml.SubElement(element, "axis", xyz=_text(*joint.axis))
         Xml.SubElement(
             element,
             "limit",
