@@ -39,7 +39,7 @@ def health_check(service: str) -> list[str]:
 
 
 def environment(service: str, shell: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables that Compose gives a service: those without a value are the shell's, where it has them."""
+    """Return the variables that Compose gives a service; what has no value is taken from the shell."""
     given = SERVICES[service].get("environment", {})
     values = {
         name: shell.get(name) if value is None else str(value) for name, value in given.items()

@@ -72,7 +72,8 @@ def story(tmp_path_factory) -> Iterator[Story]:
     folder = tmp_path_factory.mktemp("machines")
     with machines(folder, "root", *WORKERS, "inspector") as made:
         # So little, that the run goes on for as long as it is looked at; then the limit goes.
-        made.slow_down("root", "500kbit")
+        for name in WORKERS:
+            made.slow_down(name, "100kbit")
         workers = [made.start("worker", name, SHELL) for name in WORKERS]
         early = health(workers[0], "worker")
         root = made.start("root", "root", SHELL)
@@ -89,7 +90,8 @@ def story(tmp_path_factory) -> Iterator[Story]:
         (run,) = (folder / "runs").iterdir()
         checkpoints = [path.name for path in run.glob("checkpoint-*")]
 
-        made.let_go("root")
+        for name in WORKERS:
+            made.let_go(name)
         again = made.start("root", "root", SHELL, ["resume", f"runs/{run.name}"])
         codes = {"root": again.finish()}
         inspector.signal(signal.SIGCONT)
@@ -158,13 +160,18 @@ def test_an_inspector_that_was_stopped_over_the_end_of_the_root_cost_the_run_not
 
 
 def test_nothing_of_the_machines_is_left_when_something_goes_wrong(tmp_path):
-    with pytest.raises(ZeroDivisionError), machines(tmp_path, "root") as made:
+    pids: list[int] = []
+
+    def go_wrong(made: Machines) -> None:
         root = made.start("worker", "root", {"TRAMNET_COUNT": "2"})
-        pids = [root.process.pid, root.first]
+        pids.extend([root.process.pid, root.first])
         wait_until(lambda: len(descendants(root.first)) == 2, "its workers")
-        pids += descendants(root.first)
+        pids.extend(descendants(root.first))
         assert set(made.namespaces) <= namespaces()
         raise ZeroDivisionError
+
+    with machines(tmp_path, "root") as made, pytest.raises(ZeroDivisionError):
+        go_wrong(made)
 
     assert not any(map(is_alive, pids))
     assert not set(made.namespaces) & namespaces()
