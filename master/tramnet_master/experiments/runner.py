@@ -185,9 +185,11 @@ class Root:
     def __enter__(self) -> "Root":
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
         if self._supervisor is not None:
-            self._farm.dismiss("the run is over")
+            # A run that can be resumed lets workers from elsewhere wait; its own end with it in any case.
+            if not isinstance(error, Interrupted | RunStopped):
+                self._farm.dismiss("the run is over")
             self._supervisor.close()
         if self._pacer is not None:
             self._pacer.close()

@@ -67,6 +67,9 @@ STRANGERS = "strangers"
 TICK = 0.25
 """Longest time between two looks at the deadlines, however much arrives [s]."""
 
+GOODBYE = 1.0
+"""Longest wait for workers that were told to end [s]."""
+
 _log = logging.getLogger(__name__)
 
 
@@ -305,9 +308,15 @@ class Farm:
         self._publish(self._keys.events, event, Lane.TELEMETRY)
 
     def dismiss(self, reason: str) -> None:
-        """Tell every worker to end, past the links: those that pass it on end too."""
+        """Tell every worker to end, and see them go: the end of the root would overtake what it said last."""
+        leaving = {member.tram.seat for member in self.membership.live}
         for member in self.membership.live:
             self._order(member, Stop(reason))
+        end = time.monotonic() + GOODBYE
+        while leaving and time.monotonic() < end:
+            item = self.inbox.get(max(0.0, end - time.monotonic()))
+            if isinstance(item, TokenChanged) and not item.alive:
+                leaving.discard(parse(item.key).seats[0])
 
     def _order(self, member: Member, order: Stop) -> None:
         identity = self._exchange.identity

@@ -56,7 +56,7 @@ def method_table(outcomes: Sequence[MethodOutcome], budget: int) -> Table:
         row = {outcome.method: outcome for outcome in outcomes if outcome.task_points == t}
         best = max(mean(outcome.quality) for outcome in row.values())
         cells = [_cell(row[method], best) if method in row else Text("") for method in METHODS]
-        seconds = (f"{mean(row[m].seconds):.2g}" if m in row else "-" for m in METHODS)
+        seconds = (f"{mean(row[m].seconds):.2f}" if m in row else "-" for m in METHODS)
         each = f"{1e3 * _each(row['mpga']):.1f}" if "mpga" in row else ""
         table.add_row(Text(f"{t}"), *cells, Text(", ".join(seconds)), Text(each))
     return table
