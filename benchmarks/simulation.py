@@ -105,19 +105,19 @@ def calibrate(found: dict[Case, float]) -> Machine:
     alone, two, behind = (found[case] for case in FREE.values())
     workload = measure(FREE["alone"].experiment())
     own = workload.breeding + workload.population * workload.evaluation
-    # alone = own + root + 2 hops; two = alone + root / 2; behind = two + 2 (hop + routing)
-    root = 2.0 * max(0.0, two - alone)
-    hop = max(0.0, alone - own - root) / 2.0
+    # The root takes answers in one by one, and two come at once:
+    # alone = own + 2 hops + root; two = alone + root; behind = two + 2 (hop + routing).
+    root = min(max(0.0, two - alone), alone - own)  # it cannot be more, whoever shares a core
+    hop = (alone - own - root) / 2.0
     routing = max(0.0, (behind - two) / 2.0 - hop)
     print(
         f"a generation without fitness: {1e6 * alone:.0f} us with one worker, {1e6 * two:.0f} us with "
         f"two, {1e6 * behind:.0f} us with two in a pipeline; {1e6 * own:.0f} us of each are its own\n"
         f"a message: {1e6 * hop:.0f} us a hop, {1e6 * routing:.0f} us to be passed on; "
-        f"a chunk takes the root {1e6 * root:.0f} us"
+        f"an answer takes the root {1e6 * root:.0f} us"
     )
     timing = LinkTiming(1, 1, 0, round(hop * SECOND), round(routing * SECOND))
-    each = round(root * SECOND / 2)
-    return Machine(TODAY, timing, sending=each, receiving=each)
+    return Machine(TODAY, timing, receiving=round(root * SECOND))
 
 
 def compare(today: Machine, found: dict[Case, float]) -> None:

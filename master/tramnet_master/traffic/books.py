@@ -43,9 +43,6 @@ class LinkBooks:
     Args:
         machine: What would have computed.
         clock: Tells how long the books themselves take [s].
-
-    Attributes:
-        totals: All that was booked.
     """
 
     def __init__(self, machine: Machine, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -58,9 +55,7 @@ class LinkBooks:
         self._stated: dict[Kind, Stated] = {}  # where the cost is not fixed yet
         self._early: list[tuple[Shipment, ...]] = []  # rounds that wait for their costs
         self._known: dict[tuple[Shipment, ...], Round] = {}
-        self._times: Counter[tuple[Shipment, ...]] = (
-            Counter()
-        )  # of those known, not yet in the totals
+        self._times: Counter[tuple[Shipment, ...]] = Counter()  # of the known, not in the totals
         self._totals = Totals()
         self._began = clock()
         self._spent = 0.0
