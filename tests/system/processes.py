@@ -18,7 +18,7 @@ from tramnet_master.errors import NoNetwork
 from tramnet_protocol.errors import ProtocolError
 from tramnet_protocol.messages import ControlRequest
 
-PATIENCE = 120.0
+PATIENCE = float(os.environ.get("TRAMNET_TEST_PATIENCE", "120"))
 """Longest wait for a condition, on a machine that does much else [s]."""
 
 
