@@ -23,6 +23,9 @@ MUTANTS = HERE / "tests" / "mutants"
 PATIENCE = 30
 """Longest wait of a test for a condition; here most of them wait in vain [s]."""
 
+LONGEST_TEST = 100
+"""Longest time of one test, which fails by it [s]."""
+
 LONGEST = 300.0
 """Longest time for the tests of a mutant; one that hangs is noticed too [s]."""
 
@@ -72,7 +75,7 @@ def failed_test(mutant: Mutant) -> str | None:
         parts = os.pathsep.join(str(tree / part) for part in ("protocol", "workers", "master"))
         path = os.pathsep.join(filter(None, (parts, os.environ.get("PYTHONPATH"))))
         command = [sys.executable, "-m", "pytest", "-q", "-x", "-m", "slow or not slow"]
-        command += ["-p", "no:cacheprovider", *mutant.tests]
+        command += ["-p", "no:cacheprovider", "--timeout", str(LONGEST_TEST), *mutant.tests]
         try:
             found = subprocess.run(
                 command,

@@ -50,6 +50,7 @@ class Run:
             text=True,
         )
         self.output = ""
+        self.seen: set[int] = set()  # every worker process it told of
 
     @property
     def pid(self) -> int:
@@ -65,7 +66,9 @@ class Run:
     def workers(self) -> list[int]:
         """Process ids of the live workers."""
         members = self.status().get("workers", [])
-        return [member["pid"] for member in members if member["live"]]
+        pids = [member["pid"] for member in members if member["live"]]
+        self.seen.update(pids)
+        return pids
 
     def wait_for_workers(self, count: int) -> list[int]:
         found: list[int] = []
@@ -143,7 +146,12 @@ def starting(folder: Path) -> Iterator[Callable[..., Run]]:
                 run.process.send_signal(signal.SIGCONT)
                 run.process.kill()
             run.process.communicate()
-        wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
+            pids += run.seen
+        try:
+            wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
+        finally:
+            for pid in filter(is_alive, pids):
+                end(pid)
 
 
 def descendants(pid: int) -> list[int]:
