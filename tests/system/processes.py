@@ -140,18 +140,18 @@ def starting(folder: Path) -> Iterator[Callable[..., Run]]:
         patch.setenv("XDG_RUNTIME_DIR", str(folder / "runtime"))
         yield begin
         for run in runs:
-            pids += descendants(run.pid)
+            pids += [*descendants(run.pid), *run.seen]
         for run in runs:
             if not run.ended:
                 run.process.send_signal(signal.SIGCONT)
                 run.process.kill()
-            run.process.communicate()
-            pids += run.seen
         try:
             wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
         finally:
             for pid in filter(is_alive, pids):
                 end(pid)
+            for run in runs:
+                run.process.communicate()
 
 
 def descendants(pid: int) -> list[int]:
