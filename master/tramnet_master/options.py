@@ -84,7 +84,7 @@ Attach: TypeAlias = Annotated[
     str | None,
     typer.Option(
         "--connect", envvar="TRAMNET_CONNECT", rich_help_panel=_FARM,
-        help="Where the root has observers attach (its --observe); this machine's live network if omitted.",
+        help="Where the root has observers attach (its --observers); this machine's live network if omitted.",
     ),
 ]  # fmt: skip
 FirstDeadline: TypeAlias = Annotated[

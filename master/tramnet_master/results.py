@@ -96,7 +96,6 @@ class Result(Struct, frozen=True, kw_only=True):
         final_population_sha256: Hash of the last population, genomes and objectives.
         paper: The paper's figure for the same quantity, None where it has none.
         versions: Versions of what computed it.
-        messages: What the root sent and received since it started, by the tag of ``protocol/README.md``.
         expelled: Workers that an audit found to answer what is not so; nothing they answered is in the result.
         link_books: What the network would have been like if it had been made of transputers, in virtual time; None
             where no books were kept.

@@ -6,7 +6,7 @@ import pytest
 
 from tramnet_master.cli import run
 from tramnet_master.errors import InvalidFile
-from tramnet_master.experiments.runner import RunOptions, read_options
+from tramnet_master.experiments.run_options import RunOptions, read_options
 from tramnet_master.layout import around_the_root, circle, lattice
 from tramnet_master.sketch import sketch
 from tramnet_master.topologies import find_shape

@@ -2,9 +2,11 @@
 
 import pytest
 from processes import end, wait_until
-from test_runs import SLOW, assert_undisturbed
+from undisturbed import SPHERE, assert_undisturbed
 
 pytestmark = pytest.mark.system
+
+SLOW = (*SPHERE, "--set", "delay=0.01", "--generations", 25)
 
 # Like `sphere`; the worker whose process id a file names hangs with the interpreter in its hands.
 HANGING = """
@@ -38,10 +40,9 @@ def test_a_killed_tram_in_the_middle_is_wired_out_and_nothing_is_lost(start):
 
     end(victim)
     wait_until(lambda: run.status().get("epoch", 0) > epoch, "the network to be rewired")
-    result = run.result()
+    result = assert_undisturbed(run)
     assert result["topology"] == "pipeline"
-    assert result["lost_workers"] == 1
-    assert_undisturbed(result)
+    assert result["lost_workers"] >= 1
 
 
 def test_a_tram_that_hangs_is_found_by_its_silence_and_those_behind_it_lose_nothing(
@@ -63,6 +64,4 @@ def test_a_tram_that_hangs_is_found_by_its_silence_and_those_behind_it_lose_noth
 
     victim.write_text(str(seats(run)[1]))
 
-    result = run.result()
-    assert result["lost_workers"] == 1
-    assert_undisturbed(result)
+    assert assert_undisturbed(run)["lost_workers"] >= 1

@@ -1,5 +1,6 @@
 """``tramnet status``: whether all is well, in a line and an exit code, as a health check wants it."""
 
+from pathlib import Path
 from typing import Annotated
 
 import msgspec
@@ -9,7 +10,7 @@ from tramnet_master.console import programs
 from tramnet_master.control import ask, locate
 from tramnet_master.errors import NoNetwork, NotWell
 from tramnet_master.keeping import kept_here
-from tramnet_master.options import Attach, Network
+from tramnet_master.options import Attach, Network, Tls
 from tramnet_master.traffic.status import Status, read_status
 from tramnet_protocol.messages import ControlRequest
 
@@ -28,7 +29,11 @@ Json = Annotated[
 
 
 def status(
-    connect: Attach = None, network: Network = None, kept: KeptHere = False, json: Json = False
+    connect: Attach = None,
+    network: Network = None,
+    tls: Tls = None,
+    kept: KeptHere = False,
+    json: Json = False,
 ) -> None:
     """Say how a running network does; exit code 1 if its root does not answer.
 
@@ -37,16 +42,16 @@ def status(
     if kept:
         programs.print(_of_workers())
         return
-    said = _ask_root(connect, network)
+    said = _ask_root(connect, network, tls)
     programs.print(msgspec.json.encode(said).decode() if json else _line(read_status(said)))
 
 
-def _ask_root(connect: str | None, network: str | None) -> dict[str, object]:
+def _ask_root(connect: str | None, network: str | None, tls: Path | None) -> dict[str, object]:
     try:
         live = locate(connect, network)
     except NoNetwork as error:  # bad input to others, and here the answer
         raise NotWell(str(error)) from error
-    return ask(live, ControlRequest("status")).status
+    return ask(live, ControlRequest("status"), tls).status
 
 
 def _of_workers() -> str:

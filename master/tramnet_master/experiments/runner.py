@@ -450,8 +450,9 @@ class Root:
             case "stop":
                 self._farm.interrupt()
                 text = f"{self._network} stops after writing a checkpoint"
-            case "status":
+            case "status":  # asked for every second by those who watch: not worth a line of the log
                 text = f"{self._network}: generation {self._experiment.engine.generation}"
+                return ControlReply(text, self._status())
             case _:
                 raise ValueError(
                     f"found the action {request.action!r} with {request.workers} workers, "
