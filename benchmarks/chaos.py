@@ -43,8 +43,8 @@ WARM_UP = 10.0
 
 REQUIRED_THROUGHPUT = 0.8
 MOST_GROWTH = 0.05
-SPARE_FILES = 8
-"""Files of workers that are just coming or going."""
+SPARE = 8
+"""Threads and files for workers that are just coming or going."""
 
 
 @dataclass
@@ -268,10 +268,8 @@ def run(seconds: float, kills: int, seed: int, workers: int) -> bool:
             judge("individuals condemned", str(result.get("condemned")), not result["condemned"]),
             judge("throughput of capacity", f"{throughput:.2f}", throughput >= REQUIRED_THROUGHPUT),
             judge("growth of the root's memory", f"{growth:.1%}", growth < MOST_GROWTH),
-            judge_leak("threads of the root", before.threads, after.threads, 0),
-            judge_leak(
-                "open files of the root", before.descriptors, after.descriptors, SPARE_FILES
-            ),
+            judge_leak("threads of the root", before.threads, after.threads, SPARE),
+            judge_leak("open files of the root", before.descriptors, after.descriptors, SPARE),
             judge_leak("worker processes left", 0, len(left), 0),
             judge_leak("shared memory left", 0, len(set(os.listdir("/dev/shm")) - shared), 0),
         ]

@@ -1,4 +1,5 @@
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,11 @@ def test_checkpoints_are_due_by_time_unless_generations_are_counted():
 
     assert times == [1.2, 2.4, 3.6, 4.8, 6.0, 7.2, 8.4]
     assert [g for g in range(1, 31) if counted.after(g, 0.3 * g)] == [10, 20, 30]
+
+
+def test_by_default_nothing_listens_beyond_this_machine():
+    assert RunOptions().endpoint == "tcp/127.0.0.1:0"
+    assert RunOptions(tls=Path("folder")).endpoint == "tls/127.0.0.1:0"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

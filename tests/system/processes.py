@@ -18,7 +18,7 @@ from tramnet_master.errors import NoNetwork
 from tramnet_protocol.errors import ProtocolError
 from tramnet_protocol.messages import ControlRequest
 
-PATIENCE = 120.0
+PATIENCE = float(os.environ.get("TRAMNET_TEST_PATIENCE", "120"))
 """Longest wait for a condition, on a machine that does much else [s]."""
 
 
@@ -50,6 +50,7 @@ class Run:
             text=True,
         )
         self.output = ""
+        self.seen: set[int] = set()  # every worker process it told of
 
     @property
     def pid(self) -> int:
@@ -65,7 +66,9 @@ class Run:
     def workers(self) -> list[int]:
         """Process ids of the live workers."""
         members = self.status().get("workers", [])
-        return [member["pid"] for member in members if member["live"]]
+        pids = [member["pid"] for member in members if member["live"]]
+        self.seen.update(pids)
+        return pids
 
     def wait_for_workers(self, count: int) -> list[int]:
         found: list[int] = []
@@ -137,13 +140,18 @@ def starting(folder: Path) -> Iterator[Callable[..., Run]]:
         patch.setenv("XDG_RUNTIME_DIR", str(folder / "runtime"))
         yield begin
         for run in runs:
-            pids += descendants(run.pid)
+            pids += [*descendants(run.pid), *run.seen]
         for run in runs:
             if not run.ended:
                 run.process.send_signal(signal.SIGCONT)
                 run.process.kill()
-            run.process.communicate()
-        wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
+        try:
+            wait_until(lambda: not any(map(is_alive, pids)), "the end of all processes")
+        finally:
+            for pid in filter(is_alive, pids):
+                end(pid)
+            for run in runs:
+                run.process.communicate()
 
 
 def descendants(pid: int) -> list[int]:

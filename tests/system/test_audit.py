@@ -18,11 +18,18 @@ from tramnet_protocol.messages import Evaluated
 from tramnet_workers.node import __main__ as node
 from tramnet_workers.node.evaluator import Evaluator
 
-lie, truth = float(sys.argv.pop(1)), Evaluator.compute
+how, truth = sys.argv.pop(1), Evaluator.compute
 
 def compute(self, work):
     outcome = truth(self, work)
-    return Evaluated(work.work, Array.pack(outcome.objectives.unpack() + lie), outcome.seconds)
+    objectives = outcome.objectives.unpack().copy()
+    match how:
+        case "slyly":  # never about what may be the best
+            worse = objectives > np.median(objectives)
+            objectives[worse] = objectives[worse][::-1]
+        case "boldly":
+            objectives -= 1000.0
+    return Evaluated(work.work, Array.pack(objectives), outcome.seconds)
 
 Evaluator.compute = compute
 sys.exit(node.main())
@@ -31,13 +38,13 @@ sys.exit(node.main())
 
 @pytest.fixture
 def lie(tmp_path):
-    """Starts workers that add something to every objective."""
+    """Starts workers that lie, slyly or boldly."""
     liars = []
 
-    def begin(addition: float) -> subprocess.Popen:
+    def begin(how: str) -> subprocess.Popen:
         live = networks.find()
         words = ["--connect", live.endpoint, "--network", live.network, "--supervisor", "nobody"]
-        command = [sys.executable, "-c", LIAR, str(addition), *words]
+        command = [sys.executable, "-c", LIAR, how, *words]
         liars.append(subprocess.Popen(command, stdin=subprocess.PIPE))
         return liars[-1]
 
@@ -47,17 +54,15 @@ def lie(tmp_path):
         liar.communicate()
 
 
-@pytest.mark.parametrize(
-    "addition", [1e-9, pytest.param(-1000.0, marks=pytest.mark.slow)], ids=["slightly", "boldly"]
-)
-def test_a_liar_is_expelled_and_the_result_is_that_of_the_others(start, lie, addition):
+@pytest.mark.parametrize("how", ["slyly", pytest.param("boldly", marks=pytest.mark.slow)])
+def test_a_liar_is_expelled_and_the_result_is_that_of_the_others(start, lie, how):
     run = start(
-        *SPHERE, "--generations", 25, "--set", "delay=0.004", "--workers", 1, "--audit", 0.2,
+        *SPHERE, "--generations", 60, "--set", "delay=0.003", "--workers", 1, "--audit", 0.03,
         "--checkpoint-seconds", 0,
     )  # fmt: skip
     run.wait_for_generation(2)
 
-    liar = lie(addition)
+    liar = lie(how)
     status = liar.wait(60)
     result = assert_undisturbed(run)
 

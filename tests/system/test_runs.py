@@ -71,7 +71,7 @@ def test_a_run_whose_root_is_killed_goes_on_where_it_was_and_leaves_no_worker(st
 
 
 def test_ctrl_c_writes_a_checkpoint_and_says_how_to_go_on(start):
-    run = start(*SLOW, "--workers", 1)
+    run = start(*SLOW, "--workers", 1, "--checkpoint-seconds", 600)
     run.wait_for_generation(3)
 
     run.process.send_signal(signal.SIGINT)
