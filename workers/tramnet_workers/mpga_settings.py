@@ -264,7 +264,7 @@ def _require(passed: bool, name: str, found: object, expected: str) -> None:
 # and the degenerate arm, 0.056 better in DM and 0.7 m worse in HC, stays unattractive.
 _MILD_HC = Weights(hc=0.3)
 
-# With 4 (16) task points these make the joints' way around the crank 1.5 (2.6) times shorter than
+# With 4 (16) task points these make the joints' way around the crank 1.5 (2.5) times shorter than
 # w_JAC = 0.01 does, and DM no worse; with much more, arms near the end of their reach miss their points.
 _SMOOTH_PROTOTYPE = replace(PROTOTYPE, jac=0.1)
 _SMOOTH_PLANNING = replace(PLANNING, jac=0.3)

@@ -5,6 +5,7 @@
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from typing import NamedTuple
 import msgspec
 from msgspec import Struct
 
-from tramnet_master.design_files import read_design_task
+from tramnet_master.design_files import names_of, read_design_task
 from tramnet_master.engines.engine import Engine
 from tramnet_master.errors import InvalidOption
 from tramnet_master.experiments.design_searches import Conclusion, bilevel, mpga, single, spatial
@@ -90,11 +91,19 @@ def options_of(choice: Choice) -> CrankOptions:
 
     Raises:
         InvalidOption: The variant, method or settings are unknown.
-        InvalidFile: The task file is wrong.
+        InvalidFile: The task file is wrong, or none for the variant or the method.
     """
     known = [*VARIANTS, SPATIAL]
     if choice.variant is not None and choice.variant not in known:
         raise InvalidOption("--variant", repr(choice.variant), f"one of {', '.join(known)}")
+    with names_of(choice.task) if choice.task is not None else nullcontext():
+        options = _options(choice)
+        if choice.task is not None:
+            prepare(options)  # whose complaints are to have the names of the file
+    return options
+
+
+def _options(choice: Choice) -> CrankOptions:
     sizes = {"population_size": choice.population, "generations": choice.generations}
     wanted = {name: size for name, size in sizes.items() if size is not None}
     return CrankOptions(

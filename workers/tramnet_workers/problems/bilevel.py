@@ -19,9 +19,10 @@ import cma
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_workers.errors import InvalidParameters, InvalidTask
+from tramnet_workers.errors import InvalidParameters
 from tramnet_workers.kernels.poses import best_poses
 from tramnet_workers.problems.design_task import DesignTask
+from tramnet_workers.problems.task_fitness import require_exact_poses, require_links_to_find
 
 Floats = NDArray[np.float64]
 
@@ -81,9 +82,7 @@ def worth(task: DesignTask, lengths: Floats, base: Floats, inner: tuple[int, int
     Raises:
         InvalidTask: The arm has not three revolute joints alone.
     """
-    if task.n_links != 3 or task.strokes:
-        found = f"{task.n_links} links and {len(task.strokes)} strokes"
-        raise InvalidTask("lower", found, "three links and no stroke, for exact poses")
+    require_exact_poses(task)
     points = task.points - base
     joints, dexterity = np.empty((len(points), 3)), np.empty(len(points))
     lower, upper = np.array(task.lower), np.array(task.upper)
@@ -107,7 +106,12 @@ class LinkDesign:
 
     @classmethod
     def of(cls, task: DesignTask) -> Self:
-        """Return the problem of a task."""
+        """Return the problem of a task.
+
+        Raises:
+            InvalidTask: No three links are to be designed for a base that stands still.
+        """
+        require_links_to_find(task)
         return cls(task, np.array(task.base.position, dtype=np.float64))
 
     @property
@@ -190,7 +194,7 @@ class LinkDesign:
 
         Raises:
             InvalidParameters: They are no such values.
-            InvalidTask: The task is wrong, or its arm has not three revolute joints alone.
+            InvalidTask: The task is wrong, or none for this problem.
         """
         match parameters:
             case {"task": Mapping() as task} if len(parameters) == 1:

@@ -32,6 +32,10 @@ from tramnet_workers.problems.stages import (
     prototype_stage,
 )
 from tramnet_workers.problems.steps import Step
+from tramnet_workers.problems.task_fitness import (
+    require_links_to_find,
+    require_something_to_find,
+)
 from tramnet_workers.problems.trajectory import intervals
 
 Floats = NDArray[np.float64]
@@ -110,7 +114,14 @@ class Progress:
 
 
 def begin(task: DesignTask, settings: MpgaSettings) -> Progress:
-    """Return the beginning of Progressive Design."""
+    """Return the beginning of Progressive Design.
+
+    Raises:
+        InvalidTask: There is nothing to find, or nothing that the settings' polish can improve.
+    """
+    require_something_to_find(task)
+    if settings.polish and task.lengths is None:
+        require_links_to_find(task)
     return Progress(task, settings, stage=design_stage(task, settings))
 
 

@@ -13,12 +13,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from tramnet_workers.errors import InvalidParameters, InvalidTask
+from tramnet_workers.errors import InvalidParameters
 from tramnet_workers.kernels.design import N_TERMS
 from tramnet_workers.kernels.single import evaluate_single
 from tramnet_workers.mpga_settings import GeneticSettings, MpgaSettings
 from tramnet_workers.problems.design_task import DesignTask
 from tramnet_workers.problems.steps import TERM_NAMES
+from tramnet_workers.problems.task_fitness import require_links_to_find
 
 Floats = NDArray[np.float64]
 
@@ -42,8 +43,7 @@ class SingleDesign:
     weights: Floats
 
     def __post_init__(self) -> None:
-        if self.task.n_links != 3 or self.task.strokes or self.task.lengths is not None:
-            raise InvalidTask("lower", f"{self.task.n_links} links", "three links to be designed")
+        require_links_to_find(self.task)
         self.weights.setflags(write=False)
 
     @property
