@@ -25,7 +25,7 @@ from tramnet_protocol.messages import (
 from tramnet_workers.errors import InvalidParameters, UnsuitableWork
 from tramnet_workers.evolution.coupling import CoupledProblem
 from tramnet_workers.evolution.population import Advance, Floats, PopulationState
-from tramnet_workers.mpga_settings import GeneticSettings
+from tramnet_workers.mpga_settings import Connect, GeneticSettings
 from tramnet_workers.problems.registry import build
 
 _NOTHING = np.empty((0, 0))
@@ -169,10 +169,11 @@ def _values(work: Evolve, name: str) -> Floats:
 
 
 def _warm_up(problem: CoupledProblem) -> None:
-    """Evolve a small population for nothing, so that the compiled kernels are loaded."""
-    genetic = GeneticSettings(population_size=4, generations=2)
-    state = PopulationState(problem, genetic, 0, 0, 1)
-    values = np.repeat(state.begin(), problem.n_populations, axis=0)
-    values.setflags(write=False)
-    state.advance(values)
-    state.snapshot()
+    """Evolve small populations for nothing, so that the compiled kernels are loaded."""
+    for connect in Connect:
+        genetic = GeneticSettings(population_size=4, generations=2, connect=connect)
+        state = PopulationState(problem, genetic, 0, 0, 1)
+        values = np.repeat(state.begin(), problem.n_populations, axis=0)
+        values.setflags(write=False)
+        state.advance(values)
+        state.snapshot()
