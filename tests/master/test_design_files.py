@@ -245,4 +245,4 @@ def test_a_later_complaint_of_a_method_has_the_names_of_the_file_too(path):
         single_design(task, SETTINGS["recommended"])
 
     assert caught.value.field == "limits.lower_rad"
-    assert caught.value.found == "2 links"
+    assert caught.value.found == "2 links and 0 strokes"

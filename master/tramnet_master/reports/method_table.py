@@ -56,7 +56,7 @@ def method_table(outcomes: Sequence[MethodOutcome], budget: int) -> Table:
         row = {outcome.method: outcome for outcome in outcomes if outcome.task_points == t}
         best = max(mean(outcome.quality) for outcome in row.values())
         cells = [_cell(row[method], best) if method in row else Text("") for method in METHODS]
-        seconds = (f"{mean(row[m].seconds):.2f}" if m in row else "-" for m in METHODS)
+        seconds = (_seconds(mean(row[m].seconds)) if m in row else "-" for m in METHODS)
         each = f"{1e3 * _each(row['mpga']):.1f}" if "mpga" in row else ""
         table.add_row(Text(f"{t}"), *cells, Text(", ".join(seconds)), Text(each))
     return table
@@ -83,6 +83,11 @@ def claims(outcomes: Sequence[MethodOutcome]) -> str:
 
 def _each(outcome: MethodOutcome) -> float:
     return mean(outcome.seconds) / outcome.task_points
+
+
+def _seconds(seconds: float) -> str:
+    """Return a time in as few characters as a column of a terminal has for it."""
+    return f"{seconds:.1f}" if seconds < 10.0 else f"{seconds:.0f}"
 
 
 def _cell(outcome: MethodOutcome, best: float) -> Text:
