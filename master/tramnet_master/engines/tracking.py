@@ -19,6 +19,9 @@ from tramnet_protocol.messages import Kind, Outcome, Track, Tracked, Work, WorkI
 CHUNK_SECONDS = 0.05
 """Time that a run of points should take [s]."""
 
+GROWTH = 32
+"""How much longer a run of points may be than the one its cost was measured with."""
+
 Floats = NDArray[np.float64]
 
 
@@ -160,7 +163,7 @@ class TrackingEngine:
         seconds = sum(answer.seconds for answer in answers)
         self.step_seconds += seconds
         each = max(seconds / (last - first), 1e-9)
-        self._chunk = max(1, min(int(CHUNK_SECONDS / each), 8 * self._chunk))
+        self._chunk = max(1, min(int(CHUNK_SECONDS / each), GROWTH * self._chunk))
 
     def _new_rows(self) -> list[GenerationRow]:
         first, last = self._rows, min(scene.done for scene in self._scenes)

@@ -246,7 +246,7 @@ class Root:
         if self._experiment.engine.finished or not wanted:
             return
         farm.wait_for(lambda: bool(farm.membership.live), START_UP)
-        farm.wait_for(lambda: len(farm.membership.live) >= wanted, OTHERS)
+        farm.wait_for(lambda: len(farm.membership.live) >= wanted and farm.settled, OTHERS)
 
     def _evolve(self, history: History) -> None:
         engine, farm = self._experiment.engine, self._farm

@@ -291,6 +291,11 @@ class Farm:
         """Whether work is open, or done and not fetched."""
         return bool(self._open or self._resolved)
 
+    @property
+    def settled(self) -> bool:
+        """Whether all who came or went are wired in or out."""
+        return self._changes.due is None
+
     def forget_holders(self) -> None:
         """Trust nobody to hold populations: from now on all work carries their state."""
         self._holders = Holders()

@@ -34,7 +34,7 @@ MOST_SHIPMENTS = 50_000
 _REMEMBERED = 256  # short rounds, for the next ones may be like them
 _SHORT = 64  # shipments of such a round
 _EACH = 30e-6  # what booking a shipment takes, before any was booked [s]
-_EARLY = 3  # rounds from which costs are taken
+_EARLY = 16  # rounds from which costs are taken; a short run keeps its books when it is over
 
 
 class LinkBooks:
