@@ -89,7 +89,8 @@ class History:
 
 
 def _line(row: GenerationRow) -> str:
-    return ",".join([str(row[0]), str(row[1]), *(repr(float(value)) for value in row[2:])])
+    generation, evaluations, *objectives = row
+    return f"{generation},{evaluations},{','.join(map(repr, map(float, objectives)))}"
 
 
 def cut_back(path: Path, generation: int) -> None:

@@ -204,3 +204,13 @@ def test_work_that_has_seen_many_wirings_may_have_gone_any_way(farm):
         Repeat(SECOND, held[SECOND]),
         Repeat(THIRD, held[THIRD]),
     }
+
+
+def test_of_the_idle_the_nearest_the_root_are_given_work_first(farm):
+    held = holders(farm)
+    for tram in (FOURTH, THIRD, SECOND, FIRST):  # in this order they have been idle the longest
+        farm.tell(Answered(tram, held[tram], 1.0), after=1.0)
+
+    sent = farm.submit(WorkId(Kind.EVALUATE, 0, 1, 0, 2))
+
+    assert [i.tram for i in sent if isinstance(i, Send)] == [FIRST, SECOND]

@@ -195,6 +195,7 @@ class Allocation:
         """Note other routes; what is under way may pass the old ones or the new ones."""
         self.routes = routes
         self.epoch += 1
+        self.roster.rewire(routes)
         for worker in self.roster.workers.values():
             for assignment in worker.held:
                 assignment.via = assignment.via.union(routes.get(worker.tram, ()))

@@ -27,6 +27,7 @@ def check(rules: Rules, ledger: Ledger, allocation: Allocation) -> None:
     _check_slots(roster, ledger, suspects)
     _check_queues(ledger, ready)
     _check_nobody_idle(rules, roster, ready, suspects)
+    _check_next(roster)
 
 
 def _check_worker(worker: Worker, rules: Rules, roster: Roster) -> None:
@@ -50,6 +51,15 @@ def _check_worker(worker: Worker, rules: Rules, roster: Roster) -> None:
         assert worker.held
     if any(assignment.piece.suspect for assignment in worker.held):
         assert len(worker.held) == 1
+
+
+def _check_next(roster: Roster) -> None:
+    """Of those that hold nothing, one of the nearest the root is next."""
+    worker = roster.next_worker()
+    if roster.empty:
+        assert worker is not None
+        assert not worker.held
+        assert worker.way == min(idle.way for idle in roster.empty.values())
 
 
 def _check_routes(allocation: Allocation) -> None:

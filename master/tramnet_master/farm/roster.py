@@ -2,13 +2,14 @@
 
 A worker is WORKING, DRAINING (it finishes what it holds and is then replaced) or RETIRED (overdue, leaving or
 drained: nothing it still holds counts, and nothing more is given). Workers with room stand in line, those that
-hold nothing before those that can queue a second chunk, so that finding the next one costs the same for one
-worker and for 4,095.
+hold nothing before those that can queue a second chunk, and of them the nearest the root first: every TRAM that a
+frame passes costs time. Finding the next one takes O(log N).
 """
 
 import enum
 import heapq
 from collections import OrderedDict, deque
+from collections.abc import Mapping
 
 from tramnet_master.farm.batch import Assignment, Batch
 from tramnet_master.farm.events import Tram
@@ -38,6 +39,8 @@ class Worker:
         timer: When the deadline is looked at next [s], or None; never later than the deadline.
         cheap: Whether the chunk in work is short enough to queue another behind it.
         bound: Works that must come here, because their state is here.
+        way: Number of TRAMs that frames pass on their way here.
+        place: Place in the line of the idle, or -1.
     """
 
     __slots__ = (
@@ -47,10 +50,12 @@ class Worker:
         "deadline",
         "fresh",
         "held",
+        "place",
         "standing",
         "timer",
         "tram",
         "warm",
+        "way",
     )
 
     def __init__(self, tram: Tram) -> None:
@@ -64,6 +69,8 @@ class Worker:
         self.timer: float | None = None
         self.cheap = False
         self.bound: deque[Batch] = deque()
+        self.way = 0
+        self.place = -1
 
     def load(self, assignment: Assignment) -> None:
         """Let it hold another chunk."""
@@ -98,6 +105,9 @@ class Roster:
         self.fresh: OrderedDict[int, Worker] = OrderedDict()
         self.partly: OrderedDict[int, Worker] = OrderedDict()
         self.n_working = 0
+        self._ways: Mapping[Tram, tuple[Tram, ...]] = {}
+        self._near: list[tuple[int, int, int]] = []  # heap of way, place and seat; may hold old ones
+        self._places = 0
         self._timers: list[tuple[float, Tram]] = []  # heap; may hold entries out of use
 
     def find(self, tram: Tram) -> Worker | None:
@@ -109,9 +119,17 @@ class Roster:
         """Take in a new worker, fresh or with a past."""
         worker = self.workers[tram.seat] = Worker(tram)
         worker.fresh = fresh
+        worker.way = len(self._ways.get(tram, ()))
         self.n_working += 1
         self.place(worker)
         return worker
+
+    def rewire(self, ways: Mapping[Tram, tuple[Tram, ...]]) -> None:
+        """Note the TRAMs that frames pass on their way to each worker."""
+        self._ways = ways
+        for worker in self.workers.values():
+            worker.way = len(ways.get(worker.tram, ()))
+        self._sort()
 
     def remove(self, worker: Worker) -> None:
         """Forget a worker."""
@@ -138,6 +156,10 @@ class Roster:
                 line.pop(seat, None)
             elif seat not in line:
                 line[seat] = worker
+        if seat not in self.empty:
+            worker.place = -1
+        elif worker.place < 0:
+            self._queue(worker)
 
     def can_queue(self, worker: Worker) -> bool:
         """Whether a worker that holds something can be sent another chunk behind it."""
@@ -149,10 +171,24 @@ class Roster:
 
     def next_worker(self) -> Worker | None:
         """The worker to be given work next."""
-        for line in (self.empty, self.partly):
-            if line:
-                return next(iter(line.values()))
-        return None
+        while self._near:
+            _, place, seat = self._near[0]
+            worker = self.empty.get(seat)
+            if worker is not None and worker.place == place:
+                return worker
+            heapq.heappop(self._near)
+        return next(iter(self.partly.values()), None)
+
+    def _queue(self, worker: Worker) -> None:
+        if len(self._near) > 2 * len(self.workers):
+            self._sort()  # those who are given bound work leave their places behind
+        self._places += 1
+        worker.place = self._places
+        heapq.heappush(self._near, (worker.way, worker.place, worker.tram.seat))
+
+    def _sort(self) -> None:
+        idle = (worker for worker in self.empty.values() if worker.place >= 0)
+        self._near = sorted((worker.way, worker.place, worker.tram.seat) for worker in idle)
 
     def watch(self, worker: Worker) -> None:
         """See to it that the worker is looked at when its deadline has come."""
