@@ -106,7 +106,9 @@ class Roster:
         self.partly: OrderedDict[int, Worker] = OrderedDict()
         self.n_working = 0
         self._ways: Mapping[Tram, tuple[Tram, ...]] = {}
-        self._near: list[tuple[int, int, int]] = []  # heap of way, place and seat; may hold old ones
+        self._near: list[
+            tuple[int, int, int]
+        ] = []  # heap of way, place and seat; may hold old ones
         self._places = 0
         self._timers: list[tuple[float, Tram]] = []  # heap; may hold entries out of use
 
