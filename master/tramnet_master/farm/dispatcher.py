@@ -522,8 +522,8 @@ class Farm:
         match instruction:
             case events.Send(tram, work) | events.Repeat(tram, work):
                 chunk = self._collection(work).chunk(work)
-                self._books.sent(tram, chunk)
                 self._send(tram, chunk)
+                self._books.sent(tram, chunk)  # when it is under way, for it takes a moment
             case events.Accept(tram, _, part):
                 assert self._arrived is not None, "only an arriving outcome is accepted"
                 collection, outcome = self._arrived

@@ -147,18 +147,12 @@ class Roster:
 
     def place(self, worker: Worker) -> None:
         """Put a worker into the lines it belongs to; to be called whenever what it holds has changed."""
-        seat = worker.tram.seat
         working = worker.standing is Standing.WORKING
-        for line, belongs in (
-            (self.empty, working and not worker.held),
-            (self.fresh, working and worker.fresh),
-            (self.partly, working and self.can_queue(worker)),
-        ):
-            if not belongs:
-                line.pop(seat, None)
-            elif seat not in line:
-                line[seat] = worker
-        if seat not in self.empty:
+        idle = working and not worker.held
+        _stand_in(self.empty, worker, idle)
+        _stand_in(self.fresh, worker, idle and worker.fresh)
+        _stand_in(self.partly, worker, working and self.can_queue(worker))
+        if not idle:
             worker.place = -1
         elif worker.place < 0:
             self._queue(worker)
@@ -226,3 +220,12 @@ class Roster:
             else:
                 self.watch(worker)
         return late
+
+
+def _stand_in(line: OrderedDict[int, Worker], worker: Worker, belongs: bool) -> None:
+    """Have a worker stand in a line, or not."""
+    seat = worker.tram.seat
+    if not belongs:
+        line.pop(seat, None)
+    elif seat not in line:
+        line[seat] = worker

@@ -51,6 +51,7 @@ class LinkBooks:
         self._wiring: Wiring | None = None
         self._ways: Mapping[int, RoundTrip] | None = None
         self._trace = Trace()
+        self._over: list[Trace] = []  # rounds that are over and not looked at yet
         self._costs: dict[Kind, int] = {}  # of a slot [ns]
         self._stated: dict[Kind, Stated] = {}  # where the cost is not fixed yet
         self._early: list[tuple[Shipment, ...]] = []  # rounds that wait for their costs
@@ -64,6 +65,7 @@ class LinkBooks:
     @property
     def totals(self) -> Totals:
         """All that was booked."""
+        self._look_at_rounds()
         self._catch_up()
         self._settle()
         return self._totals
@@ -84,6 +86,7 @@ class LinkBooks:
 
     def sent(self, tram: Tram, work: Work) -> None:
         """Note a chunk that was sent."""
+        self._look_at_rounds()
         if self._ways is None:
             assert self._wiring is not None, "nobody is sent work who is not wired in"
             self._ways = round_trips(graph_of(self._wiring))
@@ -96,15 +99,10 @@ class LinkBooks:
             self.idle()
 
     def idle(self) -> None:
-        """Book the round that is over."""
-        trace, self._trace = self._trace, Trace()
-        if not len(trace):
-            return
-        self._totals.rounds += 1
-        self._learn(trace)
-        self._early.append(trace.round())
-        if self._totals.rounds >= _EARLY:
-            self._catch_up()
+        """End a round; it is looked at when the next one has begun, so that no worker waits for that."""
+        if len(self._trace):
+            self._over.append(self._trace)
+            self._trace = Trace()
 
     def state(self) -> dict[str, object]:
         """Return the books so far in plain values, to go on with them."""
@@ -117,6 +115,15 @@ class LinkBooks:
         costs = msgspec.convert(state["costs"], dict[str, int])
         self._costs = {Kind[name]: cost for name, cost in costs.items()}
         self._totals = Totals.restored(state)
+
+    def _look_at_rounds(self) -> None:
+        for trace in self._over:
+            self._totals.rounds += 1
+            self._learn(trace)
+            self._early.append(trace.round())
+            if self._totals.rounds >= _EARLY:
+                self._catch_up()
+        self._over.clear()
 
     def _learn(self, trace: Trace) -> None:
         """Take what a slot of a kind of work costs from the largest chunk of the first rounds with any."""
