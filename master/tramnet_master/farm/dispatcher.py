@@ -67,6 +67,12 @@ STRANGERS = "strangers"
 TICK = 0.25
 """Longest time between two looks at the deadlines, however much arrives [s]."""
 
+AWAY = 0.5
+"""Time between two looks at the deadlines after which what has arrived is read before the next [s]."""
+
+MOST_EXCUSES = 20
+"""How often in a row a look at the deadlines is put off because the root was away."""
+
 GOODBYE = 1.0
 """Longest wait for workers that were told to end [s]."""
 
@@ -207,7 +213,8 @@ class Farm:
         self._audit = audit
         self.liars: set[Tram] = set()
         self.expelled: dict[Tram, Member] = {}
-        self._givers: dict[Tram, Member] = {}  # all that ever gave an accepted answer
+        self._known: dict[Tram, Member] = {}  # all that ever were live, where answers are audited
+        self._givers: dict[Tram, Member] = {}  # those of them that gave an accepted answer
         identity = Identity(house.run, ROOT, house.root_incarnation)
         self._exchange = Exchange(keys, identity, self.membership.wiring)
         self._open: dict[tuple[Kind, int, int], list[Collection]] = {}
@@ -219,9 +226,12 @@ class Farm:
         self._changes = Changes()
         self._stalled: list[Tram] = []  # to be wired out when all instructions are carried out
         self._found_out: list[Tram] = []  # to be expelled then
+        self._unreplaced: dict[Tram, Mapping[str, object]] = {}  # while their tokens stand
         self._started = time.monotonic()
         self._next_heartbeat = self._started
         self._next_tick = self._started
+        self._looked = self._started  # when the last turn ended
+        self._excuses = 0
         self._blocked_seconds = 0.0
         self._evaluations = 0
         self.chunks = 0
@@ -379,14 +389,22 @@ class Farm:
         now = time.monotonic()
         if self._changes.due is not None and now >= self._changes.due:
             self._settle()
-        if self.inbox.empty or now >= self._next_tick:
+        if now - self._looked > AWAY and self._excuses < MOST_EXCUSES:
+            # Held up or stopped: what was said in time lies in the inbox, or in sockets that wake up with us.
+            self._excuses += 1
+            self._next_tick = now + TICK
+        elif now >= self._next_tick or (self.inbox.empty and not self._excuses):
+            self._excuses = 0
             due = self._scheduler.next_time()
             if due is not None and due <= now:
                 self._handle(events.Tick(self.membership.silent(now)))
             self._next_tick = now + TICK
+        self._looked = now
         if now >= self._next_heartbeat:
             self._next_heartbeat = now + HEARTBEAT
             self._publish(self._keys.stats(ROOT), self._stats(now), Lane.TELEMETRY)
+            for tram in list(self._unreplaced):
+                self._ask_for_replacement(tram)
 
     def _next_due(self) -> float:
         changes = self._changes.due
@@ -469,6 +487,8 @@ class Farm:
         if alive:
             member = self.membership.appeared(seat, now)
             if member is not None:
+                if self._audit is not None:
+                    self._known[member.tram] = member
                 self._tell_joined(member)
                 self._changes.join(member.tram, now)
             return
@@ -570,9 +590,10 @@ class Farm:
         if self._audit is None:
             return
         self._audit.note(whole, part, tram)
-        member = self.membership.find(tram)
-        if tram not in self._givers and member is not None:
-            self._givers[tram] = member
+        if tram not in self._givers:
+            self._givers[tram] = self._known[
+                tram
+            ]  # it may have left since, and answers still count
             self._hands.first_answer(tram)
 
     def _look_again(self, finished: Finished) -> None:
@@ -634,8 +655,17 @@ class Farm:
             "supervisor": member.request.supervisor,
             "cause": cause,
         }
-        self._tell_all("replace", detail)
+        self._hands.note("replace", detail)
+        self._unreplaced[tram] = detail
+        self._ask_for_replacement(tram)
         self._hands.replace(member, cause)
+
+    def _ask_for_replacement(self, tram: Tram) -> None:
+        """Have those who watch replace a worker; asked again with each heartbeat, for this lane may drop it."""
+        if self.membership.find(tram) is None:
+            del self._unreplaced[tram]
+        else:
+            self.announce("replace", self._unreplaced[tram])
 
     # Workers and wires.
 
