@@ -54,6 +54,19 @@ def let_live(run: Run, chance: random.Random) -> None:
     time.sleep(chance.uniform(0.0, 1.0))  # the moment is the point here
 
 
+def free_endpoint() -> str:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return f"tcp/127.0.0.1:{free.getsockname()[1]}"
+
+
+def incarnation_of(run: Run, number: int) -> list[dict]:
+    """What the log says of the first (0) or a later incarnation of the root."""
+    log = run.events()
+    opened = [i for i, entry in enumerate(log) if entry["event"] == "open"]
+    return log[opened[number] : [*opened, len(log)][number + 1]]
+
+
 @pytest.mark.parametrize(
     ("kills", "seed"), [(3, 1), pytest.param(20, 2, marks=pytest.mark.slow)], ids=["3", "20"]
 )
@@ -85,9 +98,7 @@ def test_a_run_killed_before_its_first_checkpoint_starts_over(start):
 
 
 def test_workers_from_elsewhere_wait_for_the_next_incarnation_of_the_root_and_join_it(start):
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    endpoint = free_endpoint()
     root = start(*RUN, "--workers", 0, "--listen", endpoint)
     workers = start("worker", "--connect", endpoint, "--count", 1)
     root.wait_for_generation(5)
@@ -99,8 +110,7 @@ def test_workers_from_elsewhere_wait_for_the_next_incarnation_of_the_root_and_jo
 
     assert_undisturbed(resumed)
     assert workers.finish() == 0, workers.output
-    log = root.events()
-    second = log[[entry["event"] for entry in log].index("open", 1) :]
+    second = incarnation_of(root, 1)
     (again,) = [entry for entry in second if entry["event"] == "joined"]
     assert again["pid"] == joined
     assert (
@@ -116,14 +126,19 @@ def stopped_and_resumable(run: Run, why: str) -> None:
     assert checkpoints(run.folder)
 
 
-def test_a_full_disk_stops_the_run_and_leaves_what_it_had(start):
-    run = start(*RUN, "--workers", 2)
+def test_a_full_disk_stops_the_run_leaves_what_it_had_and_lets_workers_from_elsewhere_wait(start):
+    endpoint = free_endpoint()
+    run = start(*RUN, "--workers", 0, "--listen", endpoint)
+    workers = start("worker", "--connect", endpoint, "--count", 1)
+    (remote,) = run.wait_for_workers(1)
     run.wait_for_generation(3)
 
     resource.prlimit(run.pid, resource.RLIMIT_FSIZE, (1500, 1500))  # bytes a file may have
 
     stopped_and_resumable(run, "File too large")
     assert_undisturbed(start("resume", run.folder, *QUIET))
+    assert workers.finish() == 0, workers.output
+    assert {e["pid"] for e in incarnation_of(run, 1) if e["event"] == "joined"} == {remote}
 
 
 def test_a_folder_that_becomes_read_only_stops_the_run_and_leaves_what_it_had(start):

@@ -186,13 +186,15 @@ class Root:
         return self
 
     def __exit__(self, _: object, error: BaseException | None, __: object) -> None:
-        if self._supervisor is not None:
-            # A run that can be resumed lets workers from elsewhere wait; its own end with it in any case.
-            if not isinstance(error, Interrupted | RunStopped):
+        try:
+            # What did not come to its end can be resumed: workers from elsewhere wait, local ones end in any case.
+            if error is None:
                 self._farm.dismiss("the run is over")
-            self._supervisor.close()
-        if self._pacer is not None:
-            self._pacer.close()
+        finally:
+            if self._supervisor is not None:
+                self._supervisor.close()
+            if self._pacer is not None:
+                self._pacer.close()
 
     def run(self) -> Result:
         """Make the run; return its result.
