@@ -9,6 +9,7 @@ from tramnet_master.farm.events import (
     Resolved,
     Send,
     Tram,
+    Waiting,
     WorkerLost,
     WorkerReady,
     WorkSubmitted,
@@ -67,6 +68,32 @@ def test_work_bound_to_a_worker_that_hangs_is_orphaned(make_farm):
     out = farm.wait(60.0)
 
     assert out == [Replace(TWO, Cause.OVERDUE, EVOLVE), Orphaned(EVOLVE, TWO)]
+
+
+def test_a_restored_share_has_time_for_all_the_generations_it_replays(make_farm):
+    farm = make_farm(workers=1)
+    farm.teach(Kind.EVOLVE, 1.0, workers=1)
+
+    [sent] = farm.submit(EVOLVE, generations=10)
+    in_time = farm.wait(99.0)
+    farm.answer(sent, 0.0)
+    farm.submit(WorkId(Kind.EVOLVE, 3, 11, 0, 1), affinity=ONE)
+    late = farm.wait(11.0)
+
+    assert in_time == []
+    assert [type(said) for said in late] == [Replace, Orphaned, Waiting]
+
+
+def test_the_cost_of_a_generation_is_learnt_from_replayed_ones_as_well(make_farm):
+    farm = make_farm(workers=1)
+    farm.teach(Kind.EVOLVE, 1.0, workers=1)
+    for step in range(20):
+        [sent] = farm.submit(WorkId(Kind.EVOLVE, 3, step, 0, 1), generations=10)
+        farm.answer(sent, 10.0)
+
+    farm.submit(WorkId(Kind.EVOLVE, 3, 20, 0, 1), affinity=ONE)
+
+    assert [type(said) for said in farm.wait(11.0)] == [Replace, Orphaned, Waiting]
 
 
 def test_a_late_answer_to_orphaned_work_is_accepted(make_farm):

@@ -102,7 +102,7 @@ def test_an_individual_that_ends_its_process_is_found_and_penalised(start):
         (VALUES, ()),
         ({"segfault": "its worker died"}, ()),
         ({"loop": "its deadline passed"}, ()),
-        ({"hang": "its deadline passed"}, ()),
+        ({"hang": "its worker fell silent"}, ()),
         ({"memory": "MemoryError"}, ("--worker-memory", 2000)),
         ({"nan": "unusable values", "exit": "its worker died", "loop": "its deadline passed"}, ()),
     ],

@@ -36,7 +36,13 @@ def assert_ended_in_order(run: Run, pids: list[int]) -> None:
     "number", [signal.SIGTERM, *(pytest.param(n, marks=pytest.mark.slow) for n in (signal.SIGINT, signal.SIGHUP))]
 )  # fmt: skip
 def test_a_signal_ends_a_run_in_order(start, number):
-    run = start(*RUN)
+    before = signal.signal(
+        number, signal.SIG_DFL
+    )  # tests that run under nohup hand down that it is ignored
+    try:
+        run = start(*RUN)
+    finally:
+        signal.signal(number, before)
     run.wait_for_generation(2)
     pids = descendants(run.pid)
 

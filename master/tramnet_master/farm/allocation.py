@@ -244,9 +244,9 @@ class Allocation:
         if each is None:
             allowed = self._rules.first_deadline * piece.size
         else:
-            allowed = max(self._rules.least_deadline, self._rules.slack * each * piece.size)
+            allowed = max(self._rules.least_deadline, self._rules.slack * each * assignment.cost)
         worker.deadline = self._turn.now + allowed * 2.0**piece.resends
-        brief = each is not None and each * piece.size <= self._rules.queue_behind
+        brief = each is not None and each * assignment.cost <= self._rules.queue_behind
         worker.cheap = brief and not piece.suspect
         self.roster.watch(worker)
 

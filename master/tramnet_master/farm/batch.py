@@ -69,6 +69,11 @@ class Assignment(Struct, eq=False):
     epoch: int = 0
 
     @property
+    def cost(self) -> int:
+        """What it takes to compute, in slots of one generation."""
+        return self.piece.size * self.batch.generations
+
+    @property
     def bytes(self) -> int:
         """Size on the wire [byte]."""
         return self.batch.bytes_each * self.piece.size
@@ -98,6 +103,7 @@ class Batch:
         bytes_each: Size of a slot on the wire [byte].
         divisible: Whether it may be cut.
         affinity: The TRAM it must go to, or None.
+        generations: How many of them each slot takes to compute.
         parked: Whether it waits for the engine to submit it again.
         queued: Whether the scheduler has it in a queue of batches to cut.
         open: Number of slots not closed.
@@ -109,6 +115,7 @@ class Batch:
         self.bytes_each = submitted.bytes_each
         self.divisible = submitted.divisible
         self.affinity = submitted.affinity
+        self.generations = submitted.generations
         self.parked = False
         self.queued = False
         self.open = self.work.size

@@ -622,8 +622,11 @@ class Farm:
     def _open_and_submit(self, work: Work, holder: Tram | None) -> None:
         collection = open_collection(work)
         self._open.setdefault(_place(work.work), []).append(collection)
+        generations = max(1, work.means.shape[0]) if isinstance(work, Evolve) else 1
         self._handle(
-            events.WorkSubmitted(work.work, collection.bytes_each, collection.divisible, holder)
+            events.WorkSubmitted(
+                work.work, collection.bytes_each, collection.divisible, holder, generations
+            )
         )
 
     def _restate(self, work: WorkId, holder: Tram) -> None:

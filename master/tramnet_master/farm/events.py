@@ -38,12 +38,14 @@ class WorkSubmitted(Struct, frozen=True):
         bytes_each: Size of one slot on the wire [byte].
         divisible: Whether it may be cut between its slots.
         affinity: The TRAM that holds the state it needs, or None where any will do.
+        generations: How many of them each slot takes to compute: more than one where a restored state is replayed.
     """
 
     work: WorkId
     bytes_each: int = 0
     divisible: bool = True
     affinity: Tram | None = None
+    generations: int = 1
 
 
 class WorkerReady(Struct, frozen=True):

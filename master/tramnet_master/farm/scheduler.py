@@ -128,7 +128,7 @@ class Scheduler:
             self._ledger.open[event.work] = batch
         elif batch.parked:
             batch.parked = False
-            batch.affinity = event.affinity
+            batch.affinity, batch.generations = event.affinity, event.generations
         else:
             return
         self._allocation.release(batch)
@@ -178,7 +178,7 @@ class Scheduler:
         passed = self._turn.now - assignment.sent
         spent = seconds if 0.0 <= seconds <= passed else passed
         warm = worker is not None and worker.warm
-        self._allocation.costs.observe(assignment.work.kind, assignment.piece.size, spent, warm)
+        self._allocation.costs.observe(assignment.work.kind, assignment.cost, spent, warm)
         if worker is not None:
             worker.warm = True
 
