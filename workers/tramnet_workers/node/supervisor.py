@@ -10,6 +10,7 @@ found nobody to work for, is not.
 """
 
 import contextlib
+import logging
 import os
 import subprocess
 import sys
@@ -39,6 +40,8 @@ GAVE_UP = 101
 CRASHED = 102
 """Exit status of a worker that met what it should not."""
 
+_log = logging.getLogger(__name__)
+
 _ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 
 
@@ -51,6 +54,11 @@ class _Post:
     pause: float = 0.0
     due: float = 0.0
     retired: bool = False
+
+    def failed(self, now: float) -> None:
+        """Begin the pause before the next start, and make the one after it longer."""
+        self.due = now + self.pause
+        self.pause = min(max(2 * self.pause, 0.1), LONGEST_PAUSE)
 
 
 @dataclass(frozen=True)
@@ -180,9 +188,9 @@ class Supervisor:
             post.process = None
             ended = Ended(process.pid, process.returncode)
             post.retired = not ended.died
-            failed_early = now - post.started < STEADY
-            post.due = now + post.pause
-            post.pause = min(max(2 * post.pause, 0.1), LONGEST_PAUSE) if failed_early else 0.0
+            post.failed(now)
+            if now - post.started >= STEADY:
+                post.pause = 0.0
             self._notify(ended)
 
     def _resize(self, count: int) -> None:
@@ -195,16 +203,25 @@ class Supervisor:
     def _start(self, now: float) -> None:
         for post in self._posts:
             if post.process is None and not post.retired and now >= post.due:
-                post.process = subprocess.Popen(
-                    self._command,
-                    stdin=subprocess.PIPE,
-                    start_new_session=True,
-                    env={**os.environ, **_ONE_THREAD},
-                )
-                post.started = now
+                self._start_at(post, now)
         self._pids = frozenset(post.process.pid for post in self._posts if post.process is not None)
         if self._posts and all(post.retired for post in self._posts):
             self.finished.set()
+
+    def _start_at(self, post: _Post, now: float) -> None:
+        try:
+            post.process = subprocess.Popen(
+                self._command,
+                stdin=subprocess.PIPE,
+                start_new_session=True,
+                env={**os.environ, **_ONE_THREAD},
+            )
+        except OSError as error:  # no memory, process or descriptor is left
+            # Were this thread to end, the kernel would end all workers with it.
+            post.failed(now)
+            _log.error("cannot start a worker, trying again in %.1f s: %s", post.due - now, error)
+        else:
+            post.started = now
 
 
 def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
