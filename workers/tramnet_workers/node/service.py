@@ -267,6 +267,9 @@ class Service:
                         return self._serve(channel)
             except (CannotConnect, NoAnswer) as error:
                 reason = str(error)
+            except MalformedFrame as error:  # it will say the same the next time
+                self._tasks.put(states.Leave(f"cannot understand the root: {error}", failed=True))
+                return False
             else:
                 reason = "the root has no seat for this worker now"
             if self._states.phase is states.Phase.GONE:
