@@ -7,7 +7,7 @@ import time
 import pytest
 
 from tramnet_workers.node import supervisor
-from tramnet_workers.node.supervisor import GAVE_UP, TOLD_TO_END, Ended, Supervisor
+from tramnet_workers.node.supervisor import GAVE_UP, TOLD_TO_END, Ended, Supervisor, new_name
 
 
 class Process:
@@ -87,3 +87,7 @@ def test_all_that_ended_by_themselves_are_not_started_again(machine, status):
         assert keeper.finished.wait(10.0)
 
     assert len(machine.started) == 2
+
+
+def test_no_two_supervisors_have_the_same_name():
+    assert new_name() != new_name()

@@ -12,6 +12,8 @@ found nobody to work for, is not.
 import contextlib
 import logging
 import os
+import secrets
+import socket
 import subprocess
 import sys
 import threading
@@ -84,6 +86,11 @@ class _Wishes:
     count: int = 0
     replace: set[int] = field(default_factory=set)
     closing: bool = False
+
+
+def new_name() -> str:
+    """Return a name for a supervisor that no other has, in a container of the same name or not."""
+    return f"{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
 
 
 class Supervisor:
