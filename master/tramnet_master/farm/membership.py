@@ -22,6 +22,13 @@ SILENCE = 2.5
 EXPECTED_FOR = 600.0
 """Time a worker may take from its seat to its token: kernels may have to be compiled [s]."""
 
+DUMB = 60.0
+"""Time without a heartbeat after which a worker on its way loses its seat to one that finds no other [s].
+
+Heartbeats begin with the seat, and a worker that compiles is late by a tenth of a second. Still, one that hangs
+for long and goes on would find itself a member of nothing, so no seat is taken away that nobody needs.
+"""
+
 MOST_EXPECTED = 512
 """Workers that may have a seat and not be there yet: whoever only asks cannot take all seats."""
 
@@ -37,7 +44,7 @@ class Member:
         live: Whether it can take work, and belongs into the wiring.
         out: Whether it was wired out while its token stands.
         stats: Its last heartbeat.
-        heard: When that came [s], or when its token appeared.
+        heard: When that came [s], or its question or its token.
         fresh: Whether its process has joined for the first time.
         name: Name of its certificate, or None where it showed none.
     """
@@ -124,10 +131,15 @@ class Membership:
         self._forget(member for member in self._expected if now - member.since > EXPECTED_FOR)
         for member in self._expected:
             if (Process.of(member.request), member.name) == (Process.of(request), name):
+                member.heard = now
                 return member  # it did not hear the answer
-        seat = self._find_seat(seats)
+        try:
+            seat = self._find_seat(seats)
+        except BadTopology:
+            self._forget(member for member in self._expected if now - member.heard > DUMB)
+            seat = self._find_seat(seats)
         self._incarnations += 1
-        member = Member(Tram(seat, self._incarnations), request, now, name=name)
+        member = Member(Tram(seat, self._incarnations), request, now, heard=now, name=name)
         self._members[seat] = member
         return member
 
