@@ -77,6 +77,17 @@ def test_a_process_that_dies_is_started_again_and_told_of(machine):
     assert ended == [Ended(100, -9)]
 
 
+def test_those_that_are_too_many_are_ended_and_told_of_and_did_not_die(machine):
+    ended = []
+    with Supervisor([], 3, ended.append) as keeper:
+        wait_until(lambda: len(keeper.pids) == 3)
+        keeper.scale(1)
+        wait_until(lambda: len(ended) == 2)
+
+    assert [one.pid for one in ended] == [101, 102]
+    assert not any(one.died for one in ended)
+
+
 @pytest.mark.parametrize("status", [TOLD_TO_END, GAVE_UP])
 def test_all_that_ended_by_themselves_are_not_started_again(machine, status):
     with Supervisor([], 2, lambda _: None) as keeper:

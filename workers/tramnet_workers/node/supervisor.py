@@ -70,15 +70,17 @@ class Ended:
     Attributes:
         pid: Its process id.
         status: Its exit status; negative is the signal that ended it.
+        surplus: Whether its supervisor ended it, to keep fewer.
     """
 
     pid: int
     status: int
+    surplus: bool = False
 
     @property
     def died(self) -> bool:
         """Whether it neither was told to end nor gave up."""
-        return self.status not in (TOLD_TO_END, GAVE_UP)
+        return not self.surplus and self.status not in (TOLD_TO_END, GAVE_UP)
 
 
 @dataclass
@@ -99,7 +101,7 @@ class Supervisor:
     Args:
         arguments: Arguments of ``python -m tramnet_workers.node``.
         count: Number of processes to keep.
-        notify: Called, on the supervisor's thread, for each process that ended.
+        notify: Called, on the supervisor's thread, for each process that ended before ``close``.
 
     Attributes:
         finished: Set when every process has ended and none is to be started again.
@@ -203,9 +205,11 @@ class Supervisor:
     def _resize(self, count: int) -> None:
         while len(self._posts) < count:
             self._posts.append(_Post())
-        surplus = self._posts[count:]
+        surplus = [post.process for post in self._posts[count:] if post.process is not None]
         del self._posts[count:]
-        _end([post.process for post in surplus if post.process is not None])
+        _end(surplus)
+        for process in surplus:
+            self._notify(Ended(process.pid, process.returncode, surplus=True))
 
     def _start(self, now: float) -> None:
         for post in self._posts:
