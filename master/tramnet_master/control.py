@@ -44,8 +44,10 @@ def ask(
         tls: Folder with the root's certificate, for a root elsewhere that asks for one.
 
     Raises:
+        BadCredentials: The folder's certificate or key cannot be used.
         CannotConnect: Nobody listens there.
         NoAnswer: The root does not answer.
+        MalformedFrame: Its answer is no frame of ours; it may be of another version.
         RunFailed: It refuses.
     """
     credentials = Credentials.load(tls) if tls else None
@@ -64,6 +66,7 @@ def question(channel: Channel, keys: Keys, request: ControlRequest, timeout: flo
 
     Raises:
         NoAnswer: The root does not answer.
+        MalformedFrame: Its answer is no frame of ours; it may be of another version.
         RunFailed: It refuses.
     """
     payload = channel.ask(keys.control, encode(Header(), request), timeout)

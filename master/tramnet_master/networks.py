@@ -10,6 +10,7 @@ import json
 import os
 import stat
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,6 +19,9 @@ from tramnet_master.errors import AmbiguousNetwork, NetworkTaken, NoNetwork, Uns
 
 DEFAULT_NETWORK = "tramnet"
 """Name of a network whose user gave none."""
+
+GLANCE = 0.05
+"""Longest time for which ``is_locked`` keeps the lock that it looks at [s]; it needs microseconds."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ def hold(network: str) -> Iterator["Claim"]:
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     try:
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(descriptor)
         except BlockingIOError as error:
             holder = _read(path)
             raise NetworkTaken(network, holder.pid if holder else None) from error
@@ -82,6 +86,14 @@ def hold(network: str) -> Iterator["Claim"]:
         os.ftruncate(descriptor, 0)
     finally:
         os.close(descriptor)
+
+
+def _lock(descriptor: int) -> None:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        time.sleep(GLANCE)  # perhaps somebody only looks whether it is locked
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 class Claim:

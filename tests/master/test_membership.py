@@ -3,7 +3,7 @@ import itertools
 import pytest
 
 from tramnet_master.farm.events import Tram
-from tramnet_master.farm.membership import EXPECTED_FOR, MOST_EXPECTED, SILENCE, Membership
+from tramnet_master.farm.membership import DUMB, EXPECTED_FOR, MOST_EXPECTED, SILENCE, Membership
 from tramnet_protocol.errors import BadTopology
 from tramnet_protocol.limits import MAX_ITEMS
 from tramnet_protocol.messages import JoinRequest, Stats, Wiring
@@ -12,9 +12,9 @@ from tramnet_protocol.topology import shape_named
 _PIDS = itertools.count(1000)
 
 
-def request(pid: int | None = None) -> JoinRequest:
+def request(pid: int | None = None, supervisor: str = "supervisor") -> JoinRequest:
     pid = next(_PIDS) if pid is None else pid
-    return JoinRequest(1, "0.1.0", "f" * 64, "host", pid, "supervisor")
+    return JoinRequest(1, "0.1.0", "f" * 64, "host", pid, supervisor)
 
 
 def stats(tram: Tram) -> Stats:
@@ -118,6 +118,56 @@ def test_the_seat_of_a_worker_that_never_appeared_is_given_away_in_the_end(membe
     late = membership.admit(request(), EXPECTED_FOR + 1.0)
 
     assert late.tram == Tram(1, 2)
+
+
+def test_a_worker_that_fell_silent_on_its_way_leaves_its_seat_to_one_that_finds_no_other(
+    membership,
+):
+    seats = range(1, 3)
+    first, second = (membership.admit(request(), 0.0, seats) for _ in seats)
+    membership.heard(stats(second.tram), 30.0)
+
+    with pytest.raises(BadTopology, match="all 2 seats"):
+        membership.admit(request(), DUMB, seats)
+    late = membership.admit(request(), DUMB + 1.0, seats)
+
+    assert late.tram == Tram(first.tram.seat, 3)
+    assert membership.find(second.tram) is second
+
+
+def test_no_seat_is_taken_away_that_nobody_needs(membership):
+    first = membership.admit(request(), 0.0)
+
+    late = membership.admit(request(), DUMB + 1.0)
+
+    assert late.tram.seat == 2
+    assert membership.find(first.tram) is first
+
+
+def test_a_question_asked_again_is_a_sign_of_life(membership):
+    first = membership.admit(request(7), 0.0, range(1, 2))
+    membership.admit(request(7), DUMB, range(1, 2))
+
+    with pytest.raises(BadTopology):
+        membership.admit(request(), DUMB + 1.0, range(1, 2))
+    assert membership.find(first.tram) is first
+
+
+def test_processes_of_like_containers_are_told_apart_by_their_supervisors(membership):
+    first, second = membership.admit(request(7, "a"), 0.0), membership.admit(request(7, "b"), 0.0)
+    membership.appeared(1, 0.0)
+    membership.appeared(2, 0.0)
+
+    assert (first.tram, second.tram) == (Tram(1, 1), Tram(2, 2))
+    assert second.fresh
+
+
+def test_whoever_has_another_certificate_is_another_worker(membership):
+    first = membership.admit(request(7), 0.0, range(1, 5), "lab")
+    other = membership.admit(request(7), 0.0, range(5, 9), "office")
+
+    assert (first.tram.seat, first.name) == (1, "lab")
+    assert (other.tram.seat, other.name) == (5, "office")
 
 
 def test_a_local_process_that_ended_before_its_token_gives_its_seat_back_at_once(membership):

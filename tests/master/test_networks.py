@@ -1,3 +1,4 @@
+import fcntl
 import os
 import subprocess
 import sys
@@ -45,6 +46,18 @@ def test_a_second_root_of_the_same_name_is_refused_and_told_who_holds_it():
             pytest.raises(NetworkTaken, match=f"process {os.getpid()}.*--network"),
             networks.hold("alpha"),
         ):
+            pass
+
+
+def test_whoever_only_looks_whether_a_name_is_held_keeps_no_root_from_taking_it(
+    tmp_path, monkeypatch
+):
+    networks.runtime_folder()
+    with (tmp_path / "tramnet" / "alpha.json").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_SH)
+        monkeypatch.setattr(networks.time, "sleep", lambda _: fcntl.flock(file, fcntl.LOCK_UN))
+
+        with networks.hold("alpha"):
             pass
 
 

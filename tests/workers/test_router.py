@@ -19,12 +19,26 @@ def exchange():
     return Exchange(KEYS, Identity(5, 1, 3), WIRING)
 
 
-def arrived(exchange, epoch, destination=2, number=0):
+def arrived(exchange, epoch, destination=2, number=0, hop=0):
     header = Header(run=5, epoch=epoch, destination=destination, destination_incarnation=3,
                     sequence=number)  # fmt: skip
     payload = encode(header, Stop(f"{number}"))
-    key = KEYS.link(0, 1)
+    key = KEYS.link(hop, 1)
     return Arrived(key, exchange.incoming(key, payload), len(payload))
+
+
+class Restless:
+    """Routes to which a wiring comes as soon as they have been looked at."""
+
+    def __init__(self):
+        self.wirings = [NEXT, WIRING]
+
+    @property
+    def wiring(self):
+        return self.wirings.pop() if len(self.wirings) > 1 else NEXT
+
+    def knows(self, epoch):
+        return epoch <= self.wiring.epoch
 
 
 def test_what_goes_by_a_known_wiring_goes_on_at_once(exchange):
@@ -54,9 +68,47 @@ def test_what_waits_is_bounded(exchange, monkeypatch, bound):
         transit.ready(frame)
     exchange.rewire(NEXT)
 
-    assert transit.ready(None) == frames[:3]
+    assert transit.ready(None) == frames[2:]
     assert transit.overflown == 2
     assert next(iter(exchange.counters())).dropped == 2
+
+
+def test_a_flood_of_a_wiring_that_never_comes_holds_up_nobody_whose_wiring_is_known(
+    exchange, monkeypatch
+):
+    monkeypatch.setattr(router, "MOST_WAITING", 3)
+    transit = Transit(exchange)
+    for i in range(3):
+        transit.ready(arrived(exchange, 4_000_000_000, number=i))
+
+    frame = arrived(exchange, 4)
+
+    assert transit.ready(frame) == [frame]
+    assert transit.overflown == 0
+
+
+@pytest.mark.parametrize("bound", ["MOST_WAITING", "MOST_WAITING_BYTES"])
+def test_a_flood_on_one_link_pushes_out_nothing_of_another(exchange, monkeypatch, bound):
+    flood = [arrived(exchange, 4_000_000_000, number=i) for i in range(9)]
+    patient = [arrived(exchange, 5, number=i, hop=2) for i in range(2)]
+    monkeypatch.setattr(router, bound, 4 if bound == "MOST_WAITING" else 4 * flood[0].size)
+    transit = Transit(exchange)
+
+    for frame in (*flood[:5], patient[0], *flood[5:], patient[1]):
+        transit.ready(frame)
+    exchange.rewire(NEXT)
+
+    assert transit.ready(None) == patient
+
+
+def test_a_wiring_that_comes_while_others_are_looked_at_loses_no_frame(exchange):
+    transit = Transit(exchange)
+    frames = [arrived(exchange, 5, number=i) for i in range(2)]
+    for frame in frames:
+        transit.ready(frame)
+    exchange.routes = Restless()
+
+    assert transit.ready(None) + transit.ready(None) == frames
 
 
 def test_the_thread_passes_on_what_is_for_others_and_takes_what_is_for_this_one(exchange):

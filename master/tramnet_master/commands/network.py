@@ -1,9 +1,7 @@
 """Commands that join, steer or question a running network."""
 
 import functools
-import os
 import signal
-import socket
 import threading
 from collections.abc import Callable
 from typing import Annotated
@@ -21,7 +19,7 @@ from tramnet_protocol.keys import Keys
 from tramnet_protocol.messages import ControlRequest, Event
 from tramnet_protocol.security import Credentials
 from tramnet_protocol.transport import ZenohChannel, open_worker
-from tramnet_workers.node.supervisor import GAVE_UP, Ended, Supervisor
+from tramnet_workers.node.supervisor import GAVE_UP, Ended, Supervisor, new_name
 
 PERIOD = 0.2
 """Time between two looks at the workers [s]."""
@@ -50,7 +48,7 @@ def worker(
     """Join worker processes to a network, before or during a run; Ctrl-C ends them."""
     live = locate(connect, network)
     credentials = Credentials.load(tls) if tls else None
-    name = f"{socket.gethostname()}-{os.getpid()}"
+    name = new_name()
     arguments = ["--connect", live.endpoint, "--network", live.network]
     arguments += ["--supervisor", name, "--patience", str(patience)]
     arguments += ["--memory", str(worker_memory)]

@@ -6,8 +6,9 @@ wired in, for one that still compiles would hold up those behind it. One that ha
 wired in, until its token is gone. Then the seat is free again, so a token never belongs to two lives of a seat.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from tramnet_master.farm.events import Tram
 from tramnet_protocol.errors import BadTopology
@@ -21,6 +22,12 @@ SILENCE = 2.5
 EXPECTED_FOR = 600.0
 """Time a worker may take from its seat to its token: kernels may have to be compiled [s]."""
 
+DUMB = 60.0
+"""Time without a heartbeat after which a worker on its way loses its seat to one that finds no other [s].
+
+Heartbeats begin with the seat, and a worker that compiles is late by a tenth of a second. Still, one that hangs
+for long and goes on would find itself a member of nothing, so no seat is taken away that nobody needs.
+"""
 
 MOST_EXPECTED = 512
 """Workers that may have a seat and not be there yet: whoever only asks cannot take all seats."""
@@ -37,7 +44,7 @@ class Member:
         live: Whether it can take work, and belongs into the wiring.
         out: Whether it was wired out while its token stands.
         stats: Its last heartbeat.
-        heard: When that came [s], or when its token appeared.
+        heard: When that came [s], or its question or its token.
         fresh: Whether its process has joined for the first time.
         name: Name of its certificate, or None where it showed none.
     """
@@ -51,6 +58,22 @@ class Member:
     heard: float = 0.0
     fresh: bool = True
     name: str | None = None
+
+
+class Process(NamedTuple):
+    """What tells a worker process from all others.
+
+    Host and process id alone do not: containers may have the same name, and in each the ids begin anew.
+    """
+
+    host: str
+    pid: int
+    supervisor: str
+
+    @classmethod
+    def of(cls, request: JoinRequest) -> "Process":
+        """Return the process that asks for a seat."""
+        return cls(request.host, request.pid, request.supervisor)
 
 
 class Membership:
@@ -70,7 +93,7 @@ class Membership:
         self._root_incarnation = root_incarnation
         self._members: dict[int, Member] = {}
         self._incarnations = 0
-        self._processes: set[tuple[str, int]] = set()  # host and process id of all that were live
+        self._processes: set[Process] = set()  # all that were live
         self.joined = 0
         self.wiring: Wiring = rewire(shape, {ROOT: root_incarnation}, 0)
 
@@ -91,29 +114,32 @@ class Membership:
         """The workers that can take work, in the order of seats."""
         return [member for member in self.members if member.live]
 
-    def admit(self, request: JoinRequest, now: float, seats: range = ALL_SEATS) -> Member:
+    def admit(
+        self, request: JoinRequest, now: float, seats: range = ALL_SEATS, name: str | None = None
+    ) -> Member:
         """Give a worker a seat; it is wired in when its token appears.
 
         Args:
             request: Its question.
             now: Monotonic time [s].
             seats: Seats it may have.
+            name: Name of its certificate, or None where it showed none.
 
         Raises:
             BadTopology: The shape has no room for it, none of these is free, or too many are on their way.
         """
-        self._forget_the_never_seen(now)
-        expected = [member for member in self._members.values() if not (member.live or member.out)]
-        for member in expected:
-            if (member.request.host, member.request.pid) == (request.host, request.pid):
+        self._forget(member for member in self._expected if now - member.since > EXPECTED_FOR)
+        for member in self._expected:
+            if (Process.of(member.request), member.name) == (Process.of(request), name):
+                member.heard = now
                 return member  # it did not hear the answer
-        if len(expected) >= MOST_EXPECTED:
-            raise BadTopology(f"found {len(expected)} workers on their way here; ask again later")
-        self._shape.check_room(len(self._members) + 2)
-        seat = lowest_free_seat(self._members, seats)
-        self._check_links({ROOT, seat, *self._members})
+        try:
+            seat = self._find_seat(seats)
+        except BadTopology:
+            self._forget(member for member in self._expected if now - member.heard > DUMB)
+            seat = self._find_seat(seats)
         self._incarnations += 1
-        member = Member(Tram(seat, self._incarnations), request, now)
+        member = Member(Tram(seat, self._incarnations), request, now, heard=now, name=name)
         self._members[seat] = member
         return member
 
@@ -130,7 +156,7 @@ class Membership:
         member.live = True
         member.heard = now
         self.joined += 1
-        process = (member.request.host, member.request.pid)
+        process = Process.of(member.request)
         member.fresh = process not in self._processes
         self._processes.add(process)
         return member
@@ -163,12 +189,12 @@ class Membership:
 
     def abandon(self, pid: int, host: str) -> None:
         """Free the seat of a process that ended before its token appeared."""
-        for seat, member in list(self._members.items()):
-            if not (member.live or member.out) and (member.request.pid, member.request.host) == (
-                pid,
-                host,
-            ):
-                del self._members[seat]
+        wanted = (pid, host)
+        self._forget(
+            member
+            for member in self._expected
+            if (member.request.pid, member.request.host) == wanted
+        )
 
     def heard(self, stats: Stats, now: float) -> None:
         """Note a heartbeat."""
@@ -192,7 +218,19 @@ class Membership:
                 f"tells of {MAX_ITEMS} at most; use tree for more"
             )
 
-    def _forget_the_never_seen(self, now: float) -> None:
-        for seat, member in list(self._members.items()):
-            if not (member.live or member.out) and now - member.since > EXPECTED_FOR:
-                del self._members[seat]
+    def _find_seat(self, seats: range) -> int:
+        n_expected = len(self._expected)
+        if n_expected >= MOST_EXPECTED:
+            raise BadTopology(f"found {n_expected} workers on their way here; ask again later")
+        self._shape.check_room(len(self._members) + 2)
+        seat = lowest_free_seat(self._members, seats)
+        self._check_links({ROOT, seat, *self._members})
+        return seat
+
+    @property
+    def _expected(self) -> list[Member]:
+        return [member for member in self._members.values() if not (member.live or member.out)]
+
+    def _forget(self, members: Iterable[Member]) -> None:
+        for member in members:
+            del self._members[member.tram.seat]

@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from tramnet_master.farm.membership import Member, Membership
+from tramnet_master.farm.membership import Member, Membership, Process
 from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.errors import BadTopology, MalformedFrame
 from tramnet_protocol.messages import (
@@ -61,7 +61,7 @@ class Reception:
     def __init__(self, house: House, membership: Membership) -> None:
         self._house = house
         self._membership = membership
-        self._banned: set[object] = set()  # names of certificates, or host and process id
+        self._banned: set[object] = set()  # names of certificates, or processes
         self.mixed = False
         self.refused = 0
 
@@ -81,13 +81,12 @@ class Reception:
             return self._refuse(f"found a {type(request).__name__}, expected a JoinRequest")
         seats = self._seats_of(name)
         reason = self._objection(request) if seats else f"no seat is for {name or 'the nameless'}"
-        if self._banned & {name, (request.host, request.pid)}:
+        if self._banned & {name, Process.of(request)}:
             reason = "it answered what is not so, and is expelled"
         if reason:
             return self._refuse(reason)
         try:
-            member = self._membership.admit(request, now, seats)
-            member.name = name
+            member = self._membership.admit(request, now, seats, name)
         except BadTopology as error:
             return self._refuse(str(error), final=False)
         reply = JoinReply(
@@ -102,8 +101,8 @@ class Reception:
         return self._frame(reply)
 
     def ban(self, member: Member) -> None:
-        """Let nobody in any more who has a member's certificate or, where there are none, its process id."""
-        own = (member.request.host, member.request.pid)
+        """Let nobody in any more who has a member's certificate or, where there are none, is its process."""
+        own = Process.of(member.request)
         self._banned.add(member.name if member.name is not None else own)
 
     def control(self, payload: bytes, act: Callable[[ControlRequest], ControlReply]) -> bytes:

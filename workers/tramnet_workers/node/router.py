@@ -5,13 +5,16 @@ router always takes a frame in: its queue holds the credit of all TRAMs, so that
 needs little of the interpreter, and kernels let go of that (``benchmarks/routing.py`` measures what is left).
 
 A frame of a wiring that is not known here yet waits for it, whomever it is for, so that whoever answers a frame
-sends the answer by the wiring of the question or a newer one. What waits is bounded in number and bytes.
+sends the answer by the wiring of the question or a newer one. What waits is bounded in number and bytes: beyond
+that the oldest of the link on which most waits are dropped. So who sends frames of wirings that never come holds
+up nobody on other links, and nobody at all whose wiring is known.
 """
 
 import logging
 import threading
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from tramnet_protocol.codec import Frame
@@ -36,6 +39,33 @@ class Arrived(NamedTuple):
     frame: Frame
     size: int
 
+    @property
+    def epoch(self) -> int:
+        """The wiring it goes by."""
+        return self.frame.header.epoch
+
+
+@dataclass(slots=True)
+class _Queue:
+    """What waits on one link, in order of arrival."""
+
+    frames: deque[Arrived] = field(default_factory=deque)
+    bytes: int = 0
+
+    @property
+    def share(self) -> float:
+        """How much of what may wait on all links it holds."""
+        return max(len(self.frames) / MOST_WAITING, self.bytes / MOST_WAITING_BYTES)
+
+    def put(self, arrived: Arrived) -> None:
+        self.frames.append(arrived)
+        self.bytes += arrived.size
+
+    def take(self) -> Arrived:
+        arrived = self.frames.popleft()
+        self.bytes -= arrived.size
+        return arrived
+
 
 class Transit:
     """Decides what happens to frames that cannot be taken in at once.
@@ -49,35 +79,51 @@ class Transit:
 
     def __init__(self, exchange: Exchange) -> None:
         self._exchange = exchange
-        self._waiting: deque[Arrived] = deque()  # in order of arrival
-        self._bytes = 0
+        self._queues: dict[str, _Queue] = {}  # by link topic, none empty
         self.overflown = 0
 
     def ready(self, arrived: Arrived | None) -> list[Arrived]:
-        """Return the frames that can go on now, in order of arrival.
+        """Return the frames that can go on now; those of one wiring and link are in order of arrival.
 
         Args:
             arrived: A frame that has just come, or None where a wiring may have.
         """
+        newest = (
+            self._exchange.wiring.epoch
+        )  # looked at once: another thread may bring the next one
+        ready = self._let_go(newest)
         if arrived is not None:
-            self._wait(arrived)
-        routes = self._exchange.routes
-        ready = [one for one in self._waiting if routes.knows(one.frame.header.epoch)]
-        if ready:
-            self._waiting = deque(
-                one for one in self._waiting if not routes.knows(one.frame.header.epoch)
-            )
-            self._bytes = sum(one.size for one in self._waiting)
+            if arrived.epoch <= newest:
+                ready.append(arrived)
+            else:
+                self._wait(arrived)
+        return ready
+
+    def _let_go(self, newest: int) -> list[Arrived]:
+        ready: list[Arrived] = []
+        waiting, self._queues = self._queues, {}
+        for key, queue in waiting.items():
+            for one in queue.frames:
+                if one.epoch <= newest:
+                    ready.append(one)
+                else:
+                    self._queues.setdefault(key, _Queue()).put(one)
         return ready
 
     def _wait(self, arrived: Arrived) -> None:
-        full = len(self._waiting) >= MOST_WAITING
-        if full or (self._waiting and self._bytes + arrived.size > MOST_WAITING_BYTES):
+        self._queues.setdefault(arrived.key, _Queue()).put(arrived)
+        while self._is_too_much():
+            key, fullest = max(self._queues.items(), key=lambda item: item[1].share)
+            fullest.take()
+            if not fullest.frames:
+                del self._queues[key]
             self.overflown += 1
-            self._exchange.drop(arrived.key)
-            return
-        self._waiting.append(arrived)
-        self._bytes += arrived.size
+            self._exchange.drop(key)
+
+    def _is_too_much(self) -> bool:
+        n_frames = sum(len(queue.frames) for queue in self._queues.values())
+        n_bytes = sum(queue.bytes for queue in self._queues.values())
+        return n_frames > MOST_WAITING or (n_frames > 1 and n_bytes > MOST_WAITING_BYTES)
 
 
 class Rewired(NamedTuple):

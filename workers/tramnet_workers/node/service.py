@@ -27,6 +27,7 @@ from tramnet_protocol.codec import Header, decode, encode
 from tramnet_protocol.errors import (
     BadTopology,
     CannotConnect,
+    ChannelClosed,
     MalformedFrame,
     NoAnswer,
     RemoteProtocolError,
@@ -42,8 +43,6 @@ from tramnet_protocol.messages import (
     Failed,
     JoinReply,
     JoinRequest,
-    Outcome,
-    PopulationSnapshot,
     Refusal,
     Stats,
     Stop,
@@ -126,6 +125,15 @@ class _Tally:
         return spent if since is None else spent + now - since
 
 
+@dataclass(frozen=True)
+class _Seat:
+    """What a worker has for as long as it is a member: all of it is another root's afterwards."""
+
+    membership: Membership
+    channel: Channel
+    links: Links
+
+
 class Service:
     """One worker.
 
@@ -143,8 +151,7 @@ class Service:
         self._states = WorkerStates()
         self._tally = _Tally()
         self._host = socket.gethostname()
-        self._channel: Channel | None = None
-        self._links: Links | None = None
+        self._seat: _Seat | None = None  # set by the post, read by all threads
 
     def run(self) -> int:
         """Work until told to end; return the exit status of the process."""
@@ -213,28 +220,42 @@ class Service:
                     others.append(instruction)
         for instruction in others:
             match instruction:
-                case states.Answer(_, answer, snapshot):
-                    self._send(answer, snapshot)
+                case states.Answer():
+                    self._send(instruction)
                 case states.AnswerAgain(answer):
                     self._inbox.put(answer)
                 case states.Announce(membership):
-                    assert self._channel is not None
-                    self._channel.declare_token(self._keys.alive(membership.seat))
+                    self._announce(membership)
                 case states.Reject(work, why):
                     _log.info("dropped %s: %s", work, why.value)
                 case states.Rejoin():
                     rejoin = True
         return rejoin
 
-    def _send(self, answer: Outcome | Failed, snapshot: PopulationSnapshot | None) -> None:
-        links = self._links
-        if links is None:
+    # The root may be lost between a decision and what follows from it, and another one be found.
+
+    def _seat_of(self, membership: Membership) -> _Seat | None:
+        seat = self._seat
+        return seat if seat is not None and seat.membership == membership else None
+
+    def _announce(self, membership: Membership) -> None:
+        seat = self._seat_of(membership)
+        if seat is None:
+            return  # the root that waits for it is gone
+        try:
+            seat.channel.declare_token(self._keys.alive(membership.seat))
+        except ChannelClosed:
+            self._inbox.put(RootVanished(seat.channel))
+
+    def _send(self, answer: states.Answer) -> None:
+        seat = self._seat_of(answer.membership)
+        if seat is None:
             return  # the root that asked is gone
         began = time.perf_counter()
-        if snapshot is None:
-            links.send(answer)
+        if answer.snapshot is None:
+            seat.links.send(answer.answer)
         else:
-            links.send(snapshot, answer)
+            seat.links.send(answer.snapshot, answer.answer)
         self._tally.blocked += time.perf_counter() - began
 
     def _take(self, header: Header, work: Work) -> None:
@@ -264,9 +285,12 @@ class Service:
             try:
                 with self._home.connect() as channel:
                     if self._join(channel):
-                        return self._serve(channel)
+                        return self._serve()
             except (CannotConnect, NoAnswer) as error:
                 reason = str(error)
+            except MalformedFrame as error:  # it will say the same the next time
+                self._tasks.put(states.Leave(f"cannot understand the root: {error}", failed=True))
+                return False
             else:
                 reason = "the root has no seat for this worker now"
             if self._states.phase is states.Phase.GONE:
@@ -309,10 +333,10 @@ class Service:
             raise MalformedFrame(f"found {type(reply).__name__} for an answer to join")
         membership = Membership(reply.root_incarnation, reply.seat, reply.incarnation)
         identity = Identity(reply.run, reply.seat, reply.incarnation)
-        self._channel = channel
         pace = LinkTiming.of(reply.pace) if reply.pace else None
-        self._links = Links(channel, self._keys, identity, reply.wiring, self._take, pace)
+        links = Links(channel, self._keys, identity, reply.wiring, self._take, pace)
         channel.subscribe(self._keys.wiring(reply.seat), self._enqueue_order)
+        self._seat = _Seat(membership, channel, links)
         self._apply(states.Joined(membership, reply.setup))
         return True
 
@@ -328,10 +352,10 @@ class Service:
         if not alive:
             self._inbox.put(RootVanished(channel))
 
-    def _serve(self, channel: Channel) -> bool:
+    def _serve(self) -> bool:
         """Take in what arrives; return whether to look for another root."""
-        links = self._links
-        assert links is not None, "a worker that serves has joined"
+        assert self._seat is not None, "a worker that serves has joined"
+        channel, links = self._seat.channel, self._seat.links
         started = time.monotonic()
         next_heartbeat = started
         try:
@@ -340,8 +364,8 @@ class Service:
                 match item:
                     case OrderArrived(payload):
                         self._take_order(links, payload)
-                    case states.Answer(_, answer, snapshot):
-                        self._send(answer, snapshot)
+                    case states.Answer():
+                        self._send(item)
                     case RootVanished(seen_by) if seen_by is channel:
                         return self._apply(states.RootLost())
                     case Wanted(reason):
@@ -352,12 +376,11 @@ class Service:
                 if now >= next_heartbeat:
                     next_heartbeat = now + HEARTBEAT
                     self._send_heartbeat(channel, links, now - started)
-        except RemoteProtocolError:
+        except (RemoteProtocolError, ChannelClosed):
             _log.exception("lost the root")
             return self._apply(states.RootLost())
         finally:
-            self._links = None
-            self._channel = None
+            self._seat = None
             links.close()
 
     def _take_order(self, links: Links, payload: bytes) -> None:

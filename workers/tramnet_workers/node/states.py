@@ -283,7 +283,7 @@ class WorkerStates:
         answer = Answer(event.membership, event.answer, event.snapshot)
         if not isinstance(event.answer, Failed):
             self._remember(identity, answer)
-        # The next chunk starts first: sending takes time in which the evaluator would be idle.
+        # Decided first, begun after: the thread that computes sends the answer before it takes the next chunk.
         return [*self._start(), answer]
 
     def _remember(self, identity: WorkId, answer: Answer) -> None:

@@ -10,7 +10,10 @@ found nobody to work for, is not.
 """
 
 import contextlib
+import logging
 import os
+import secrets
+import socket
 import subprocess
 import sys
 import threading
@@ -39,6 +42,8 @@ GAVE_UP = 101
 CRASHED = 102
 """Exit status of a worker that met what it should not."""
 
+_log = logging.getLogger(__name__)
+
 _ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
 
 
@@ -52,6 +57,11 @@ class _Post:
     due: float = 0.0
     retired: bool = False
 
+    def failed(self, now: float) -> None:
+        """Begin the pause before the next start, and make the one after it longer."""
+        self.due = now + self.pause
+        self.pause = min(max(2 * self.pause, 0.1), LONGEST_PAUSE)
+
 
 @dataclass(frozen=True)
 class Ended:
@@ -60,15 +70,17 @@ class Ended:
     Attributes:
         pid: Its process id.
         status: Its exit status; negative is the signal that ended it.
+        surplus: Whether its supervisor ended it, to keep fewer.
     """
 
     pid: int
     status: int
+    surplus: bool = False
 
     @property
     def died(self) -> bool:
         """Whether it neither was told to end nor gave up."""
-        return self.status not in (TOLD_TO_END, GAVE_UP)
+        return not self.surplus and self.status not in (TOLD_TO_END, GAVE_UP)
 
 
 @dataclass
@@ -78,13 +90,18 @@ class _Wishes:
     closing: bool = False
 
 
+def new_name() -> str:
+    """Return a name for a supervisor that no other has, in a container of the same name or not."""
+    return f"{socket.gethostname()}-{os.getpid()}-{secrets.token_hex(4)}"
+
+
 class Supervisor:
     """Keeps a number of worker processes alive.
 
     Args:
         arguments: Arguments of ``python -m tramnet_workers.node``.
         count: Number of processes to keep.
-        notify: Called, on the supervisor's thread, for each process that ended.
+        notify: Called, on the supervisor's thread, for each process that ended before ``close``.
 
     Attributes:
         finished: Set when every process has ended and none is to be started again.
@@ -180,31 +197,42 @@ class Supervisor:
             post.process = None
             ended = Ended(process.pid, process.returncode)
             post.retired = not ended.died
-            failed_early = now - post.started < STEADY
-            post.due = now + post.pause
-            post.pause = min(max(2 * post.pause, 0.1), LONGEST_PAUSE) if failed_early else 0.0
+            post.failed(now)
+            if now - post.started >= STEADY:
+                post.pause = 0.0
             self._notify(ended)
 
     def _resize(self, count: int) -> None:
         while len(self._posts) < count:
             self._posts.append(_Post())
-        surplus = self._posts[count:]
+        surplus = [post.process for post in self._posts[count:] if post.process is not None]
         del self._posts[count:]
-        _end([post.process for post in surplus if post.process is not None])
+        _end(surplus)
+        for process in surplus:
+            self._notify(Ended(process.pid, process.returncode, surplus=True))
 
     def _start(self, now: float) -> None:
         for post in self._posts:
             if post.process is None and not post.retired and now >= post.due:
-                post.process = subprocess.Popen(
-                    self._command,
-                    stdin=subprocess.PIPE,
-                    start_new_session=True,
-                    env={**os.environ, **_ONE_THREAD},
-                )
-                post.started = now
+                self._start_at(post, now)
         self._pids = frozenset(post.process.pid for post in self._posts if post.process is not None)
         if self._posts and all(post.retired for post in self._posts):
             self.finished.set()
+
+    def _start_at(self, post: _Post, now: float) -> None:
+        try:
+            post.process = subprocess.Popen(
+                self._command,
+                stdin=subprocess.PIPE,
+                start_new_session=True,
+                env={**os.environ, **_ONE_THREAD},
+            )
+        except OSError as error:  # no memory, process or descriptor is left
+            # Were this thread to end, the kernel would end all workers with it.
+            post.failed(now)
+            _log.error("cannot start a worker, trying again in %.1f s: %s", post.due - now, error)
+        else:
+            post.started = now
 
 
 def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
