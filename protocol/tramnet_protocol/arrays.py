@@ -86,13 +86,18 @@ class Array(Struct, frozen=True, forbid_unknown_fields=True):
             )
         if expected is not None and not _fits(self.shape, expected):
             raise MalformedFrame(f"array of shape {self.shape} arrived; expected {expected}")
-        size = item_bytes
+        size = extent = item_bytes
         for length in self.shape:
             if not 0 <= length <= MAX_MESSAGE_BYTES:
                 raise MalformedFrame(
                     f"array with an axis of {length} arrived; expected 0 to {MAX_MESSAGE_BYTES}"
                 )
             size *= length
+            extent *= length or 1  # an axis of 0 leaves no bytes, whatever the others claim
+        if extent > MAX_MESSAGE_BYTES:
+            raise MalformedFrame(
+                f"array of shape {self.shape} arrived; expected axes that make {MAX_MESSAGE_BYTES} bytes at most"
+            )
         if size != len(self.data):
             raise MalformedFrame(
                 f"array of shape {self.shape} and type {self.dtype} arrived with {len(self.data)} bytes; "

@@ -7,7 +7,17 @@ from hypothesis import strategies as st
 
 from tramnet_master.farm.collection import WrongOutcome, open_collection
 from tramnet_protocol.arrays import Array
-from tramnet_protocol.messages import Evaluate, Evaluated, Kind, Track, Tracked, WorkId
+from tramnet_protocol.messages import (
+    Evaluate,
+    Evaluated,
+    Evolve,
+    Kind,
+    PopulationMeans,
+    PopulationSnapshot,
+    Track,
+    Tracked,
+    WorkId,
+)
 
 N = 12
 
@@ -103,3 +113,62 @@ def test_a_track_is_one_piece():
     assert collection.inspect(path) == ()
     collection.accept(path, work.work)
     assert collection.outcome() == path
+
+
+@pytest.mark.parametrize(
+    ("path", "cost"),
+    [
+        (np.zeros((1, 8)), np.zeros(10)),  # which NumPy would spread over all points
+        (np.zeros((10, 5)), np.zeros(10)),
+        (np.zeros((10, 8), np.float32), np.zeros(10)),
+        (np.zeros((10, 8)), np.zeros(0)),
+        (np.zeros((10, 8)), np.zeros((10, 1))),
+    ],
+)
+def test_a_path_of_another_shape_or_type_is_refused(path, cost):
+    work = Track(WorkId(Kind.TRACK, 0, 0, 1, 11), Array.pack(np.zeros(8)))
+    told = Tracked(work.work, Array.pack(path), Array.pack(cost), 0.1)
+
+    with pytest.raises(WrongOutcome, match="expected"):
+        open_collection(work).inspect(told)
+
+
+EVOLVE = WorkId(Kind.EVOLVE, 0, 10, 2, 5)  # three populations that tell two values each
+
+
+@pytest.mark.parametrize(
+    ("means", "ranking", "populations", "fitness"),
+    [
+        ((1, 2), (3, 7), (3, 20, 6), (3, 20)),
+        ((3, 4), (3, 7), (3, 20, 6), (3, 20)),
+        ((), (3, 7), (3, 20, 6), (3, 20)),
+        ((3, 2), (2, 7), (3, 20, 6), (3, 20)),
+        ((3, 2), (3,), (3, 20, 6), (3, 20)),
+        ((3, 2), (3, 7), (2, 20, 6), (2, 20)),
+        ((3, 2), (3, 7), (3, 20), (3, 20)),
+        ((3, 2), (3, 7), (3, 20, 6), (3, 19)),
+        ((3, 2), (3, 7), (3, 20, 6), (60,)),
+    ],
+)
+def test_populations_of_another_shape_are_refused(means, ranking, populations, fitness):
+    work = Evolve(EVOLVE, Array.pack(np.zeros((1, 8, 2))), snapshot=True)
+    told = PopulationMeans(EVOLVE, Array.pack(np.zeros(means)), Array.pack(np.zeros(ranking)), 0.1)
+    snapshot = PopulationSnapshot(
+        EVOLVE, Array.pack(np.zeros(populations, np.uint8)), Array.pack(np.zeros(fitness))
+    )
+
+    with pytest.raises(WrongOutcome, match="expected"):
+        open_collection(work).inspect(told, snapshot)
+
+
+@pytest.mark.parametrize("rows", [3, 0], ids=["on the way", "at the end"])
+def test_populations_tell_values_until_the_last_generation(rows):
+    work = Evolve(EVOLVE, Array.pack(np.zeros((1, 8, 2))), snapshot=True)
+    told = PopulationMeans(
+        EVOLVE, Array.pack(np.zeros((rows, 2))), Array.pack(np.zeros((3, 7))), 0.1
+    )
+    snapshot = PopulationSnapshot(
+        EVOLVE, Array.pack(np.zeros((3, 20, 6), np.uint8)), Array.pack(np.zeros((3, 20)))
+    )
+
+    assert open_collection(work).inspect(told, snapshot) == ()

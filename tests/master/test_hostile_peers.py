@@ -4,10 +4,12 @@ import pytest
 from tests.master.worlds import KEYS, PRINT, ROOT_LIFE, RUN, WORK, Peer, World, answer
 
 from tramnet_master.farm.reception import House
+from tramnet_protocol.arrays import Array
 from tramnet_protocol.channel import Lane
 from tramnet_protocol.messages import (
     PROTOCOL_VERSION,
     ControlRequest,
+    Evaluated,
     Failed,
     JoinRequest,
     Refusal,
@@ -166,3 +168,15 @@ def test_a_seat_is_given_to_a_name_of_its_range_only():
     assert not full.final
     assert "no seat is for lab-4" in unknown.reason
     assert "no seat is for the nameless" in nameless.reason
+
+
+def test_an_array_that_says_it_is_larger_than_any_ends_no_run(world):
+    huge = Array("<f8", (0, 2**22, 2**22, 2**22), b"")
+    world.stranger.say(Evaluated(WORK, huge, 0.001), key=KEYS.link(1, 0))
+    liar = Peer(world, "liar")
+    liar.enter(pid=2)
+    liar.say(Evaluated(WORK, huge, 0.001))
+    world.turn()
+
+    assert world.status["dropped"] == {"stranger": 2}
+    assert world.finish() == 5.0

@@ -4,7 +4,7 @@ Every outcome from the wire is looked at here, once: whether it is of the kind a
 which of its slots hold no usable number. The common case, a work that is answered in one piece, copies nothing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Protocol, cast
 
@@ -179,14 +179,11 @@ class _Whole:
     ) -> tuple[int, ...]:
         if not isinstance(outcome, _ANSWER[type(self.work)]):
             raise WrongOutcome(f"found {type(outcome).__name__} for {type(self.work).__name__}")
-        messages: list[Work | Outcome | PopulationSnapshot] = [outcome]
-        if isinstance(self.work, Evolve) and self.work.snapshot:
-            self.snapshot = _belonging(snapshot, outcome.work)
-            messages.append(self.snapshot)
-        arrays = [array for message in messages for array in _arrays(message)]
+        wanted = isinstance(self.work, Evolve) and self.work.snapshot
+        self.snapshot = _belonging(snapshot, outcome.work) if wanted else None
         try:
-            usable = all(np.isfinite(array.unpack()).all() for array in arrays)
-        except (ProtocolError, TypeError) as error:
+            usable = all(np.isfinite(a).all() for a in _told(self.work, outcome, self.snapshot))
+        except ProtocolError as error:
             raise WrongOutcome(str(error)) from error
         work = outcome.work
         return () if usable else tuple(range(work.first, work.last))
@@ -232,7 +229,33 @@ def _belonging(snapshot: PopulationSnapshot | None, work: WorkId) -> PopulationS
     return snapshot
 
 
-def _arrays(message: Work | Outcome | PopulationSnapshot) -> Sequence[Array]:
+def _told(
+    work: Work, outcome: Outcome, snapshot: PopulationSnapshot | None
+) -> Iterator[NDArray[np.generic]]:
+    """Return what an outcome and its snapshot tell, as arrays of the types and shapes that the work asks for.
+
+    Raises:
+        MalformedFrame: One has another.
+    """
+    size = work.work.size
+    if isinstance(work, Track) and isinstance(outcome, Tracked):
+        yield outcome.path.unpack("<f8", (size, *work.posture.shape))
+        yield outcome.cost.unpack("<f8", (size,))
+    if isinstance(work, Evolve) and isinstance(outcome, PopulationMeans):
+        over = work.snapshot and outcome.means.shape[:1] == (
+            0,
+        )  # nobody is told after the last generation
+        if not over:
+            yield outcome.means.unpack("<f8", (size, work.means.shape[2]))
+        if work.work.step > 0:
+            yield outcome.ranking.unpack("<f8", (size, None))
+    if snapshot is not None:
+        populations = snapshot.populations.unpack("|u1", (size, None, None))
+        yield populations
+        yield snapshot.fitness.unpack("<f8", (size, populations.shape[1]))
+
+
+def _arrays(message: Work) -> Sequence[Array]:
     fields = (getattr(message, name) for name in message.__struct_fields__)
     return [field for field in fields if isinstance(field, Array)]
 
